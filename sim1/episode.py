@@ -1,0 +1,86 @@
+"""One recorded run of the robot cell, demonstrated, generated or rolled out by a policy.
+
+An episode is a folder with `episode.npz` (time series at `RATE_HZ`) and `episode.json` (where it came from, how it went).
+"""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sim1.stage import BadInput
+
+RATE_HZ = 30.0
+ARMS = ("left", "right")
+JOINT_COUNT = 6
+SCHEMA = "sim1.episode/1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Episode:
+    """A run of the cell; T frames, arms in the order of `ARMS`."""
+
+    time_s: np.ndarray  # (T,) from 0, step 1 / RATE_HZ
+    joints_rad: np.ndarray  # (T, 2, 6) measured
+    openness: np.ndarray  # (T, 2) in [0, 1], 1 is open
+    command_joints_rad: np.ndarray  # (T, 2, 6) what the controller asked for at that frame
+    command_openness: np.ndarray  # (T, 2)
+    garment_m: np.ndarray  # (T, V, 3) float32, vertices of the garment mesh, world frame
+    about: dict[str, Any] = field(default_factory=dict)  # JSON: garment, kind, seed, sources, success, failure, ...
+
+    @property
+    def frame_count(self) -> int:
+        return len(self.time_s)
+
+    def state(self) -> np.ndarray:
+        """Left joints, left openness, right joints, right openness: (T, 14) float32."""
+        return _pack(self.joints_rad, self.openness)
+
+    def action(self) -> np.ndarray:
+        """Commanded counterpart of `state`: (T, 14) float32."""
+        return _pack(self.command_joints_rad, self.command_openness)
+
+
+def _pack(joints: np.ndarray, openness: np.ndarray) -> np.ndarray:
+    return np.concatenate([joints, openness[..., None]], axis=-1).reshape(len(joints), -1).astype(np.float32)
+
+
+_ARRAYS = ("time_s", "joints_rad", "openness", "command_joints_rad", "command_openness", "garment_m")
+
+
+def write_episode(folder: Path, episode: Episode) -> None:
+    """Write `episode.npz` and `episode.json` into `folder` (made if missing)."""
+    folder.mkdir(parents=True, exist_ok=True)
+    arrays = {name: getattr(episode, name) for name in _ARRAYS}
+    arrays["garment_m"] = arrays["garment_m"].astype(np.float32)
+    np.savez(folder / "episode.npz", **arrays)
+    about = {"schema": SCHEMA, **episode.about}
+    (folder / "episode.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
+
+
+def read_episode(folder: Path) -> Episode:
+    """Read and check an episode.
+
+    Raises:
+        BadInput: a file is missing, damaged, or its arrays do not fit together.
+    """
+    try:
+        about = json.loads((folder / "episode.json").read_text())
+        with np.load(folder / "episode.npz", allow_pickle=False) as data:
+            arrays = {name: data[name] for name in _ARRAYS}
+    except (OSError, KeyError, ValueError) as error:
+        raise BadInput(f"{folder}: not a readable episode ({error}); make it again") from error
+    if about.get("schema") != SCHEMA:
+        raise BadInput(f"{folder}/episode.json: schema is {about.get('schema')!r}, expected {SCHEMA!r}")
+    count = len(arrays["time_s"])
+    for name, array in arrays.items():
+        if len(array) != count or not np.isfinite(array).all():
+            raise BadInput(f"{folder}/episode.npz: {name} has {len(array)} of {count} frames, or values that are not finite")
+    return Episode(**arrays, about={key: value for key, value in about.items() if key != "schema"})
+
+
+def episode_folders(artifact: Path) -> list[Path]:
+    """Folders of an artifact's episodes (`artifact/episodes/NNNN`), in order."""
+    return sorted(path.parent for path in artifact.glob("episodes/*/episode.json"))
