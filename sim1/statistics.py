@@ -1,0 +1,69 @@
+"""Intervals that stand beside every share and every mean that the project reports."""
+
+from collections.abc import Sequence
+from statistics import NormalDist
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Interval(NamedTuple):
+    """Limits of a confidence interval, in the unit of the quantity."""
+
+    low: float
+    high: float
+
+
+def wilson_interval(success_count: int, trial_count: int, confidence: float = 0.95) -> Interval:
+    """Wilson score interval of a probability; (0, 1) when nothing was tried.
+
+    Unlike the normal approximation it stays honest for few trials and for 0 or all successes.
+    Source: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
+
+    Raises:
+        ValueError: counts that cannot be counts, or a confidence outside (0, 1).
+    """
+    if not 0 <= success_count <= trial_count:
+        raise ValueError(f"success_count must lie between 0 and trial_count (got {success_count} of {trial_count})")
+    if not 0 < confidence < 1:
+        raise ValueError(f"confidence must lie in (0, 1) (got {confidence})")
+    if trial_count == 0:
+        return Interval(0.0, 1.0)
+    z = NormalDist().inv_cdf(0.5 + confidence / 2)
+    share = success_count / trial_count
+    shrink = 1 + z**2 / trial_count
+    middle = (share + z**2 / (2 * trial_count)) / shrink
+    half = z / shrink * (share * (1 - share) / trial_count + z**2 / (4 * trial_count**2)) ** 0.5
+    # The formula gives these limits exactly; floating point would miss them by 1e-17.
+    low = 0.0 if success_count == 0 else middle - half
+    high = 1.0 if success_count == trial_count else middle + half
+    return Interval(low, high)
+
+
+def bootstrap_mean_interval(
+    values: Sequence[float] | np.ndarray,
+    rng: np.random.Generator,
+    confidence: float = 0.95,
+    resample_count: int = 2000,
+) -> Interval:
+    """Percentile bootstrap interval of the mean of `values`, shape (n,); degenerate when n is 1.
+
+    Raises:
+        ValueError: no values, or values that are not finite.
+    """
+    sample = np.asarray(values, dtype=float)
+    if sample.ndim != 1 or not len(sample) or not np.isfinite(sample).all():
+        raise ValueError(f"values must be a non-empty list of finite numbers (got shape {sample.shape})")
+    means = rng.choice(sample, size=(resample_count, len(sample))).mean(axis=1)
+    tail = (1 - confidence) / 2
+    low, high = np.quantile(means, [tail, 1 - tail])
+    return Interval(float(low), float(high))
+
+
+def describe_share(success_count: int, trial_count: int) -> str:
+    """A share as people read it: "3 of 10 = 30 % (95 % interval 11 to 60 %)"."""
+    if trial_count == 0:
+        return "none tried"
+    low, high = wilson_interval(success_count, trial_count)
+    share = 100 * success_count / trial_count
+    return f"{success_count} of {trial_count} = {share:.0f} % (95 % interval {100 * low:.0f} to {100 * high:.0f} %)"

@@ -1,0 +1,66 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sim1.statistics import bootstrap_mean_interval, describe_share, wilson_interval
+
+
+@pytest.mark.parametrize(
+    ("successes", "trials", "low", "high"),
+    [
+        # Newcombe, Statistics in Medicine 17 (1998) 857, table I, method 3 (score without continuity correction).
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+    ],
+)
+def test_wilson_interval_equals_published_values(successes, trials, low, high):
+    assert wilson_interval(successes, trials) == pytest.approx((low, high), abs=5e-5)
+
+
+@given(st.integers(1, 500).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
+def test_wilson_interval_holds_the_share_and_mirrors(counts):
+    successes, trials = counts
+    low, high = wilson_interval(successes, trials)
+    assert 0 <= low <= successes / trials <= high <= 1
+    mirrored = wilson_interval(trials - successes, trials)
+    assert (1 - mirrored.high, 1 - mirrored.low) == pytest.approx((low, high), abs=1e-12)
+
+
+def test_nothing_tried_means_nothing_known():
+    assert wilson_interval(0, 0) == (0.0, 1.0)
+    assert describe_share(0, 0) == "none tried"
+
+
+@pytest.mark.parametrize("counts", [(-1, 3), (4, 3)])
+def test_impossible_counts_are_refused(counts):
+    with pytest.raises(ValueError, match="between 0 and trial_count"):
+        wilson_interval(*counts)
+
+
+def test_share_is_described_with_counts_and_interval():
+    assert describe_share(3, 10) == "3 of 10 = 30 % (95 % interval 11 to 60 %)"
+
+
+def test_bootstrap_interval_of_a_normal_sample_has_the_theoretical_width():
+    sample = np.random.default_rng(0).normal(5.0, 2.0, 400)
+    low, high = bootstrap_mean_interval(sample, np.random.default_rng(1))
+    assert low < sample.mean() < high
+    assert high - low == pytest.approx(2 * 1.96 * sample.std() / 20, rel=0.08)
+
+
+def test_bootstrap_interval_covers_the_true_mean_about_as_often_as_it_says():
+    rng = np.random.default_rng(2)
+    hits = 0
+    for _ in range(200):
+        low, high = bootstrap_mean_interval(rng.exponential(1.0, 40), rng, resample_count=400)
+        hits += low <= 1.0 <= high
+    assert 0.86 <= hits / 200 <= 0.99
+
+
+def test_bootstrap_refuses_what_has_no_mean():
+    for bad in ([], [np.nan, 1.0]):
+        with pytest.raises(ValueError, match="finite"):
+            bootstrap_mean_interval(bad, np.random.default_rng(0))
