@@ -1,0 +1,65 @@
+"""Which trajectories train a policy and which are kept to test it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from sim1.policy.episodes import Trajectory
+
+
+@dataclass(frozen=True, kw_only=True)
+class GarmentSplit:
+    """Trajectories of one garment."""
+
+    train: list[Trajectory]
+    test: list[Trajectory]
+    kind: Literal["source", "trajectory", "none"]  # what the test trajectories do not share with training
+    held_out_source: str | None  # the demonstration that no training trajectory uses
+
+
+def split_garment(trajectories: Sequence[Trajectory], test_share: float, rng: np.random.Generator) -> GarmentSplit:
+    """Hold out every trajectory that uses one source demonstration.
+
+    Generated motion mixes segments of several demonstrations, so test trajectories may share other sources with
+    training; nothing of the held-out one is in training. The source is the one whose share of the trajectories comes
+    nearest to `test_share`. Where no source leaves both sides filled, single trajectories are held out (kind "trajectory");
+    a lone trajectory trains and nothing is tested (kind "none").
+    """
+    if len(trajectories) < 2:
+        return GarmentSplit(train=list(trajectories), test=[], kind="none", held_out_source=None)
+    uses = {
+        source: sum(source in item.sources for item in trajectories)
+        for source in sorted(set().union(*(item.sources for item in trajectories)))
+    }
+    usable = [source for source, count in uses.items() if count < len(trajectories)]
+    if usable:
+        source = min(usable, key=lambda name: abs(uses[name] / len(trajectories) - test_share))
+        test = [item for item in trajectories if source in item.sources]
+        train = [item for item in trajectories if source not in item.sources]
+        return GarmentSplit(train=train, test=test, kind="source", held_out_source=source)
+    count = min(max(1, round(test_share * len(trajectories))), len(trajectories) - 1)
+    chosen = set(rng.permutation(len(trajectories))[:count].tolist())
+    return GarmentSplit(
+        train=[item for place, item in enumerate(trajectories) if place not in chosen],
+        test=[item for place, item in enumerate(trajectories) if place in chosen],
+        kind="trajectory",
+        held_out_source=None,
+    )
+
+
+def nested_order(trajectories: Sequence[Trajectory], rng: np.random.Generator) -> list[Trajectory]:
+    """Random order in which the garments take turns: every prefix is a balanced training set, and larger ones hold smaller."""
+    queues: dict[str, list[Trajectory]] = {}
+    for item in trajectories:
+        queues.setdefault(item.garment, []).append(item)
+    shuffled = [[queues[name][place] for place in rng.permutation(len(queues[name]))] for name in sorted(queues)]
+    return [
+        queue[turn] for turn in range(max(map(len, shuffled), default=0)) for queue in shuffled if turn < len(queue)
+    ]
+
+
+def usable_sizes(requested: Sequence[int], available: int) -> list[int]:
+    """Requested training sizes; those beyond what is available become one size, all that is available."""
+    return sorted({min(size, available) for size in requested if size > 0 and available > 0})

@@ -1,0 +1,81 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from sim1.policy.episodes import read_trajectories
+from sim1.policy.split import nested_order, split_garment, usable_sizes
+from sim1.stage import BadInput, random_stream
+
+
+def test_each_trajectory_is_read_once_and_in_order_of_its_frames(dataset, trajectories):
+    read = read_trajectories(dataset.path)
+    assert [(item.garment, item.name) for item in read] == sorted((item.garment, item.name) for item in trajectories)
+    by_name = {(item.garment, item.name): item for item in trajectories}
+    for item in read:
+        truth = by_name[item.garment, item.name]
+        np.testing.assert_array_equal(item.action, truth.action)
+        np.testing.assert_array_equal(item.keypoints, truth.keypoints)
+        assert item.sources == truth.sources
+
+
+def test_a_dataset_without_tables_is_named(tmp_path):
+    with pytest.raises(BadInput, match="no parquet file"):
+        read_trajectories(tmp_path)
+
+
+def test_an_episode_without_provenance_is_named(dataset):
+    dataset.provenance().iloc[1:].to_parquet(dataset.path / "provenance.parquet")
+    with pytest.raises(BadInput, match=r"episodes \[0\]"):
+        read_trajectories(dataset.path)
+
+
+def test_a_value_that_is_not_finite_is_named(dataset):
+    path = dataset.path / "lerobot" / "data" / "chunk-000" / "file-000.parquet"
+    table = pd.read_parquet(path)
+    table.at[3, "action"] = np.full(14, np.nan, dtype=np.float32)
+    table.to_parquet(path)
+    with pytest.raises(BadInput, match="episode 0 has values in action"):
+        read_trajectories(dataset.path)
+
+
+def test_a_damaged_table_is_named(dataset):
+    path = dataset.path / "lerobot" / "data" / "chunk-000" / "file-000.parquet"
+    path.write_bytes(path.read_bytes()[:100])
+    with pytest.raises(BadInput, match="not a readable dataset"):
+        read_trajectories(dataset.path)
+
+
+def test_nothing_of_the_held_out_demonstration_is_in_training(trajectories):
+    towels = [item for item in trajectories if item.garment == "towel"]
+    split = split_garment(towels, 0.3, random_stream(0))
+    assert split.kind == "source"
+    assert split.held_out_source == "0002"  # used by 2 of 5, the others by 3 of 5
+    assert all("0002" in item.sources for item in split.test)
+    assert all("0002" not in item.sources for item in split.train)
+    assert len(split.train) + len(split.test) == len(towels)
+
+
+def test_a_source_that_all_use_cannot_be_held_out_and_the_split_says_so(trajectories):
+    mixed = [item for item in trajectories if item.sources == {"0000", "0001"}]
+    split = split_garment(mixed, 0.3, random_stream(0))
+    assert split.kind == "trajectory"
+    assert split.train
+    assert split.test
+    assert not {item.name + item.garment for item in split.train} & {item.name + item.garment for item in split.test}
+
+
+def test_a_lone_trajectory_trains_and_tests_nothing(trajectories):
+    split = split_garment(trajectories[:1], 0.3, random_stream(0))
+    assert (len(split.train), len(split.test), split.kind) == (1, 0, "none")
+
+
+def test_small_training_sets_are_balanced_and_lie_within_larger_ones(trajectories):
+    order = nested_order(trajectories, random_stream(0))
+    assert {(item.garment, item.name) for item in order} == {(item.garment, item.name) for item in trajectories}
+    for size in (2, 4, 6):
+        assert sum(item.garment == "towel" for item in order[:size]) == size // 2
+
+
+def test_sizes_beyond_what_there_is_become_all_there_is():
+    assert usable_sizes((2, 4, 8, 16), 6) == [2, 4, 6]
+    assert usable_sizes((2, 4), 0) == []
