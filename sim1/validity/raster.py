@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from sim1.scene.layout import Scene
+    from sim1.scene.description import Scene
 
 NEAR_M = 0.02
 TABLE_DROP_M = 0.003  # the table is drawn a little low: cloth that rests in it by a contact radius is still seen
@@ -146,8 +146,8 @@ def draw_table(size_m: np.ndarray, top_m: float, camera: Camera) -> tuple[np.nda
 def head_camera(scene: Scene, width: int, height: int) -> Camera:
     """The scene's head camera for a picture of the given size."""
     head = scene.cameras["head"]
-    pose = np.asarray(head.camera_to_world)
-    return Camera(camera_to_world=pose, fy_px=head.fy_px, width=head.width, height=head.height).resized(width, height)
+    full = Camera(camera_to_world=head.pose, fy_px=head.fy_px, width=head.width, height=head.height)
+    return full.resized(width, height)
 
 
 def render_head_view(
@@ -164,6 +164,6 @@ def render_head_view(
         color: (3,) 0 to 255, front of the fabric.
     """
     camera = head_camera(scene, width, height)
-    canvas, depth = draw_table(scene.table.size_m, scene.table.top_m - TABLE_DROP_M, camera)
+    canvas, depth = draw_table(scene.table_size_m, scene.table_top_m - TABLE_DROP_M, camera)
     render(garment_m, faces, color, camera, canvas, depth)
     return np.clip(np.rint(canvas), 0, 255).astype(np.uint8)

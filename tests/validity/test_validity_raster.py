@@ -24,8 +24,8 @@ def sheet(count: int, size_m: float, z_m: float = 0.0) -> tuple[np.ndarray, np.n
 
 
 def a_scene(camera: Camera) -> SimpleNamespace:
-    table = SimpleNamespace(size_m=np.array([0.8, 1.2, 0.03]), top_m=0.0)
-    return SimpleNamespace(table=table, cameras={"head": camera})
+    head = SimpleNamespace(pose=camera.camera_to_world, fy_px=camera.fy_px, width=camera.width, height=camera.height)
+    return SimpleNamespace(table_size_m=np.array([0.8, 1.2, 0.03]), table_top_m=0.0, cameras={"head": head})
 
 
 def drawn(vertices, faces, colors, camera):
