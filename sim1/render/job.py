@@ -1,0 +1,104 @@
+"""What Blender's process is asked to render: a folder with `job.json` and NPZ files, read back by `sim1.render.worker`."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from sim1.render.appearance import Appearance, Color
+
+FRAME_NAME = "{:06d}.png"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clip:
+    """One episode in one appearance."""
+
+    episode: str  # name of the episode's folder
+    variant: int
+    frame_count: int
+    appearance: Appearance
+
+    @property
+    def folder(self) -> str:
+        """Where the frames go, relative to the artifact."""
+        return f"episodes/{self.episode}/v{self.variant}"
+
+    @property
+    def key(self) -> str:
+        return f"{self.episode}_v{self.variant}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """Everything that a rendering depends on."""
+
+    folder: Path
+    texture: Path
+    settings: dict[str, Any]  # width, height, samples, denoise, threads, device, seed
+    part_colors: list[Color]
+    fy_over_height: dict[str, float]  # camera -> focal length in image heights
+    clips: list[Clip]
+
+    @property
+    def frame_count(self) -> int:
+        return sum(clip.frame_count for clip in self.clips) * len(self.fy_over_height)
+
+    def frames(self) -> Iterator[tuple[Clip, str, int]]:
+        """Clip, camera and frame number of every picture, in the order of rendering."""
+        for clip in self.clips:
+            for frame in range(clip.frame_count):
+                for camera in sorted(self.fy_over_height):
+                    yield clip, camera, frame
+
+    def frame_path(self, out: Path, clip: Clip, camera: str, frame: int) -> Path:
+        return out / clip.folder / camera / FRAME_NAME.format(frame)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What does not move: meshes and pattern coordinates (see `RenderScene`)."""
+        return _load(self.folder / "static.npz")
+
+    def motion(self, clip: Clip) -> dict[str, np.ndarray]:
+        """`garment_m` (n, v, 3) and `parts` (n, p, 4, 4) of a clip's frames, world frame."""
+        return _load(self.folder / f"motion_{clip.episode}.npz")
+
+    def camera_poses(self, clip: Clip) -> dict[str, np.ndarray]:
+        """Camera -> camera_to_world (n, 4, 4) of a clip's frames."""
+        return _load(self.folder / f"cameras_{clip.key}.npz")
+
+    def write(
+        self,
+        *,
+        arrays: dict[str, np.ndarray],
+        motion: dict[str, dict[str, np.ndarray]],
+        cameras: dict[str, dict[str, np.ndarray]],
+    ) -> None:
+        """Write the job.
+
+        Args:
+            arrays: see `arrays`.
+            motion: episode -> see `motion`.
+            cameras: clip key -> see `camera_poses`.
+        """
+        self.folder.mkdir(parents=True, exist_ok=True)
+        np.savez(self.folder / "static.npz", **arrays)
+        for episode, values in motion.items():
+            np.savez(self.folder / f"motion_{episode}.npz", **values)
+        for key, values in cameras.items():
+            np.savez(self.folder / f"cameras_{key}.npz", **values)
+        content = {key: value for key, value in asdict(self).items() if key != "folder"}
+        (self.folder / "job.json").write_text(json.dumps({**content, "texture": str(self.texture)}, indent=1))
+
+    @classmethod
+    def read(cls, folder: Path) -> "Job":
+        content = json.loads((folder / "job.json").read_text())
+        return TypeAdapter(cls).validate_python({**content, "folder": folder})
+
+
+def _load(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path, allow_pickle=False) as data:
+        return {name: data[name] for name in data.files}

@@ -1,0 +1,168 @@
+"""Turns accepted trajectories, a garment and a scene into a job for Blender, and records what will be seen."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from PIL import Image
+
+from sim1.episode import ARMS, RATE_HZ, episode_folders, read_episode
+from sim1.render.appearance import Color, draw_appearance
+from sim1.render.cameras import raised
+from sim1.render.job import Clip, Job
+from sim1.render.robot_visuals import link_motion, part_poses, robot_parts
+from sim1.render.stage import RenderConfig
+from sim1.robot.kinematics import Arm
+from sim1.scene.description import Camera, Scene, read_scene
+from sim1.stage import BadInput, random_stream
+
+SCHEMA = "sim1.appearance/1"
+
+
+def plan_job(
+    *, trajectories: Path, mesh: Path, scene: Path, garment: str, out: Path, folder: Path, config: RenderConfig
+) -> Job:
+    """Write the job into `folder`, and copies of the episodes with every clip's `appearance.json` into `out`.
+
+    Frames in `out` that belong to another appearance than the one planned now are removed.
+
+    Raises:
+        BadInput: an input is damaged, has no episode, or does not fit the others.
+    """
+    world = read_scene(scene)
+    cameras = _cameras(world, config, scene)
+    arm = Arm.from_urdf(world.urdf)
+    parts = robot_parts(arm)
+    arrays, texture, mean = _static(mesh, world)
+    arrays |= {
+        f"part_{i}_{key}": value
+        for i, part in enumerate(parts)
+        for key, value in (("vertices", part.vertices_m), ("faces", part.faces))
+    }
+    folders = episode_folders(trajectories)[: config.max_episodes or None]
+    motion, poses, clips = {}, {}, []
+    for source in folders:
+        episode = read_episode(source)
+        if episode.garment_m.shape[1] != len(arrays["pattern_m"]):
+            raise BadInput(
+                f"{source}: {episode.garment_m.shape[1]} garment vertices, {mesh}/mesh.npz has {len(arrays['pattern_m'])}"
+            )
+        kept = slice(None, None, round(RATE_HZ / config.rate_hz))
+        links = link_motion(
+            arm, world.base_to_world, joints_rad=episode.joints_rad[kept], openness=episode.openness[kept]
+        )
+        motion[source.name] = {"garment_m": episode.garment_m[kept], "parts": part_poses(parts, links)}
+        target = out / "episodes" / source.name
+        target.mkdir(parents=True, exist_ok=True)
+        for name in ("episode.npz", "episode.json"):
+            shutil.copyfile(source / name, target / name)
+        for variant in range(config.variants):
+            stream = random_stream(config.seed, "appearance", garment, source.name, variant)
+            appearance = draw_appearance(
+                stream,
+                scanned=mean,
+                scanned_share=config.scanned_share,
+                elevation_jitter_rad=np.radians(config.elevation_jitter_deg),
+            )
+            clip = Clip(episode=source.name, variant=variant, frame_count=len(links), appearance=appearance)
+            poses[clip.key] = _camera_poses(cameras, links, appearance.elevation_offset_rad)
+            _write_appearance(out / clip.folder, clip, poses[clip.key], cameras, config)
+            clips.append(clip)
+    np.savez(out / "garment.npz", rest_m=arrays["rest_m"], faces=arrays["faces"])
+    job = Job(
+        folder=folder,
+        texture=texture,
+        settings={
+            key: getattr(config, key) for key in ("width", "height", "samples", "denoise", "threads", "device", "seed")
+        },
+        part_colors=[part.color for part in parts],
+        fy_over_height={name: camera.fy_px / camera.height for name, camera in cameras.items()},
+        clips=clips,
+    )
+    job.write(arrays=arrays, motion=motion, cameras=poses)
+    return job
+
+
+def _cameras(world: Scene, config: RenderConfig, scene: Path) -> dict[str, Camera]:
+    known = {**world.cameras, **{f"{arm}_wrist": camera for arm, camera in world.wrist_cameras.items()}}
+    if unknown := sorted(set(config.cameras) - set(known)):
+        raise BadInput(f"{scene}/scene.json: no camera {', '.join(unknown)}; it has {', '.join(sorted(known))}")
+    return {name: known[name] for name in config.cameras}
+
+
+def _static(mesh: Path, world: Scene) -> tuple[dict[str, np.ndarray], Path, Color]:
+    """Meshes that only change place, the texture's file, and its mean colour."""
+    path = mesh / "mesh.npz"
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            rest_m, faces, uv = data["rest_m"], data["faces"], data["uv"]
+        with Image.open(mesh / "texture.png") as image:
+            texture = np.asarray(image.convert("RGB"), float) / 255.0
+    except (OSError, KeyError, ValueError) as error:
+        raise BadInput(f"{mesh}: mesh.npz or texture.png is not readable ({error}); make garment_mesh again") from error
+    if uv.shape != (*faces.shape, 2) or faces.min() < 0 or faces.max() >= len(rest_m):
+        raise BadInput(
+            f"{path}: faces {faces.shape} of {len(rest_m)} vertices with uv {uv.shape} do not fit; make garment_mesh again"
+        )
+    # Patterns lie in the plane in which the garment is largest, in metres.
+    axes = np.sort(np.argsort(np.ptp(rest_m, axis=0))[-2:])
+    table = trimesh.load(world.table_mesh, force="mesh")
+    arrays = {
+        "rest_m": rest_m,
+        "faces": faces,
+        "uv": uv,
+        "pattern_m": rest_m[:, axes],
+        "table_vertices": np.asarray(table.vertices),
+        "table_faces": np.asarray(table.faces),
+    }
+    # Mean over what the garment shows, not over the empty part of the texture chart.
+    height, width, _ = texture.shape
+    x = np.clip((uv[..., 0] * width).astype(int), 0, width - 1)
+    y = np.clip(((1.0 - uv[..., 1]) * height).astype(int), 0, height - 1)
+    return arrays, (mesh / "texture.png").resolve(), tuple(texture[y, x].reshape(-1, 3).mean(axis=0).tolist())
+
+
+def _camera_poses(cameras: dict[str, Camera], links: list, elevation_rad: float) -> dict[str, np.ndarray]:
+    """Camera -> camera_to_world (n, 4, 4); standing cameras are raised, those on a wrist move with it."""
+    poses = {}
+    for name, camera in cameras.items():
+        if camera.link is None:
+            poses[name] = np.stack([raised(camera.pose, elevation_rad)] * len(links))
+        else:
+            arm = ARMS.index(name.removesuffix("_wrist"))
+            poses[name] = np.stack([frame[arm][camera.link] @ camera.pose for frame in links])
+    return poses
+
+
+def _write_appearance(
+    folder: Path, clip: Clip, poses: dict[str, np.ndarray], cameras: dict[str, Camera], config: RenderConfig
+) -> None:
+    about = {
+        "schema": SCHEMA,
+        "variant": clip.variant,
+        "rate_hz": config.rate_hz,
+        "stride": round(RATE_HZ / config.rate_hz),
+        "frame_count": clip.frame_count,
+        "samples": config.samples,
+        "denoise": config.denoise,
+        "cameras": {
+            name: {
+                "width": config.width,
+                "height": config.height,
+                "fy_px": cameras[name].fy_px * config.height / cameras[name].height,
+                # Of the first frame; a camera on a wrist moves from there.
+                "camera_to_world": np.round(poses[name][0], 9).tolist(),
+                "moves": cameras[name].link is not None,
+            }
+            for name in poses
+        },
+        "appearance": clip.appearance.to_json(),
+    }
+    text = json.dumps(about, indent=1, sort_keys=True) + "\n"
+    path = folder / "appearance.json"
+    if folder.exists() and (not path.exists() or path.read_text() != text):
+        shutil.rmtree(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)

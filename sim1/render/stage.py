@@ -1,0 +1,86 @@
+"""Stage `rendered_episodes`: accepted trajectories as photographs, several appearances each (paper section 3.4)."""
+
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from sim1.stage import BadInput, Facts, Finding, Inputs, garment_of, only, stage_config
+
+
+@stage_config
+class RenderConfig:
+    """How trajectories are rendered."""
+
+    seed: int = 0  # of appearances and of Cycles' sampling
+    variants: int = Field(default=2, ge=1)  # appearances per trajectory, K of the paper's algorithm 1
+    rate_hz: int = Field(default=10, ge=1)  # pictures per second; divides the 30 Hz of the states
+    max_episodes: int = Field(default=0, ge=0)  # render only that many trajectories; 0 is all
+    cameras: tuple[str, ...] = ("head",)  # of the scene: head, left_wrist, right_wrist
+    width: int = Field(default=96, ge=16, multiple_of=2)  # px; even, because video codecs halve the colour planes
+    height: int = Field(default=72, ge=16, multiple_of=2)  # px
+    samples: int = Field(default=4, ge=1)  # light paths per pixel
+    denoise: bool = True  # OpenImageDenoise; what makes few samples do
+    elevation_jitter_deg: float = Field(
+        default=5.0, ge=0.0, le=30.0
+    )  # of the head camera about the table's middle (paper, section 4.1)
+    scanned_share: float = Field(default=0.5, ge=0.0, le=1.0)  # of appearances that keep the garment's measured texture
+    device: Literal["auto", "cpu", "gpu"] = "auto"  # gpu is not deterministic to the bit
+    threads: int = Field(default=0, ge=0)  # of Cycles; 0 is one per core
+
+
+def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
+    """Render every accepted trajectory in `config.variants` appearances, frames in step with the states.
+
+    Frames that `out` already holds are kept, so that a killed run goes on where it was.
+
+    Raises:
+        BadInput: damaged inputs, an unknown camera, or a rate that does not divide the states' 30 Hz.
+        BlenderFailed: Blender's process could not finish.
+    """
+    import tempfile
+
+    from sim1.episode import RATE_HZ
+    from sim1.render.blender import run_blender
+    from sim1.render.pictures import write_contact_sheet
+    from sim1.render.plan import plan_job
+
+    if RATE_HZ % config.rate_hz:
+        raise BadInput(
+            f"rendered_episodes: rate_hz is {config.rate_hz}, which does not divide {RATE_HZ:g} Hz; use 5, 10, 15 or 30"
+        )
+    garment = garment_of(inputs)
+    with tempfile.TemporaryDirectory() as folder:
+        job = plan_job(
+            trajectories=only(inputs, "valid_trajectories"),
+            mesh=only(inputs, "garment_mesh"),
+            scene=only(inputs, "scene"),
+            garment=garment,
+            out=out,
+            folder=Path(folder),
+            config=config,
+        )
+        if job.frame_count:
+            run_blender(Path(folder), out)
+    write_contact_sheet(out, title=f"{garment}: rendered episodes")
+    return {
+        "episodes": len({clip.episode for clip in job.clips}),
+        "clips": len(job.clips),
+        "frames": job.frame_count,
+        "appearances": [
+            {
+                "episode": clip.episode,
+                "variant": clip.variant,
+                "fabric": clip.appearance.fabric.kind,
+                "table": clip.appearance.table.kind,
+            }
+            for clip in job.clips
+        ],
+    }
+
+
+def check_rendered_episodes(artifact: Path) -> list[Finding]:
+    """Frames in step with the states, of the right size, lit, and with the garment to be seen."""
+    from sim1.render.check import check_frames
+
+    return check_frames(artifact)

@@ -1,0 +1,178 @@
+"""The pieces of rendering, without Blender."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+from towel_cell import URDF, episode, looking_at_origin, towel
+
+from sim1.episode import write_episode
+from sim1.render.appearance import MIN_CONTRAST, draw_appearance, mean_color
+from sim1.render.blender import BlenderFailed, missing_library, run_blender
+from sim1.render.cameras import project, raised
+from sim1.render.check import check_frames
+from sim1.render.robot_visuals import link_motion, part_poses, robot_parts
+from sim1.robot.kinematics import Arm
+from sim1.stage import random_stream
+
+COLORS = st.tuples(*[st.floats(0.0, 1.0)] * 3)
+
+
+@given(seed=st.integers(0, 10_000), scanned=COLORS, share=st.sampled_from([0.0, 0.5, 1.0]))
+def test_the_garment_always_stands_out_from_the_table(seed, scanned, share):
+    look = draw_appearance(random_stream(seed), scanned=scanned, scanned_share=share, elevation_jitter_rad=0.09)
+    assert np.linalg.norm(np.subtract(look.table.base, mean_color(look.fabric))) >= MIN_CONTRAST
+    assert abs(look.elevation_offset_rad) <= 0.09
+    assert (look.fabric.kind == "scanned") or share < 1.0
+
+
+def test_an_appearance_is_a_function_of_its_stream():
+    looks = [
+        draw_appearance(
+            random_stream(0, "towel", 1), scanned=(0.5, 0.5, 0.5), scanned_share=0.5, elevation_jitter_rad=0.1
+        )
+        for _ in range(2)
+    ]
+    assert looks[0] == looks[1]
+
+
+@given(azimuth=st.floats(-3.1, 3.1), elevation=st.floats(0.3, 1.2), change=st.floats(-0.2, 0.2))
+def test_raising_a_camera_changes_its_elevation_alone(azimuth, elevation, change):
+    def eye(angle):
+        return 0.9 * np.array([np.cos(azimuth) * np.cos(angle), np.sin(azimuth) * np.cos(angle), np.sin(angle)])
+
+    np.testing.assert_allclose(
+        raised(looking_at_origin(tuple(eye(elevation))), change),
+        looking_at_origin(tuple(eye(elevation + change))),
+        atol=1e-9,
+    )
+
+
+def test_a_camera_above_the_middle_of_the_table_has_no_elevation_axis():
+    pose = np.eye(4)
+    pose[2, 3] = 1.0
+    with pytest.raises(ValueError, match="straight above"):
+        raised(pose, 0.1)
+
+
+def test_points_fall_where_a_pinhole_puts_them():
+    pose = looking_at_origin((0.0, -2.0, 0.0))
+    pixels, depth = project(
+        np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.25]]), camera_to_world=pose, fy_over_height=1.0, width=80, height=60
+    )
+    np.testing.assert_allclose(depth, 2.0)
+    np.testing.assert_allclose(pixels, [[40.0, 30.0], [40.0 + 60 * 0.25, 30.0 - 60 * 0.125]])
+
+
+def test_the_fingers_of_the_drawn_robot_open_with_the_gripper():
+    arm = Arm.from_urdf(URDF)
+    parts = robot_parts(arm)
+    bases = {"left": np.eye(4), "right": np.eye(4)}
+    motion = link_motion(arm, bases, joints_rad=np.zeros((2, 2, 6)), openness=np.array([[0.0, 0.0], [1.0, 0.0]]))
+    poses = part_poses(parts, motion)
+    assert poses.shape == (2, len(parts), 4, 4)
+    moved = {
+        (part.arm, part.link)
+        for part, change in zip(parts, np.abs(poses[1] - poses[0]).max(axis=(1, 2)))
+        if change > 1e-9
+    }
+    prismatic = {joint.child for joint in arm.robot.joints.values() if joint.kind == "prismatic"}
+    assert len(prismatic) == 2
+    assert moved == {(0, link) for link in prismatic}
+
+
+def test_a_crash_of_blender_is_an_error_with_its_last_words(tmp_path):
+    code = "import sys, os; print('out of memory in kernel', file=sys.stderr); sys.stderr.flush(); os.abort()"
+    with pytest.raises(BlenderFailed, match=r"(?s)ended by signal 6.*out of memory in kernel"):
+        run_blender(tmp_path, tmp_path, command=(sys.executable, "-c", code))
+
+
+def test_chatter_among_the_progress_lines_is_an_error():
+    with pytest.raises(BlenderFailed, match="no progress line"):
+        run_blender("job", "out", command=(sys.executable, "-c", "print('Saved: a.png')"))
+
+
+def test_a_missing_system_library_is_named_with_its_package(tmp_path):
+    line = json.dumps({"failed": "libXi.so.6: cannot open shared object file: No such file or directory"})
+    with pytest.raises(BlenderFailed, match=r"libXi\.so\.6; apt-get install libxi6"):
+        run_blender(tmp_path, tmp_path, command=(sys.executable, "-c", f"print({line!r}); raise SystemExit(3)"))
+    assert missing_library("no such module") is None
+
+
+@pytest.fixture
+def artifact(tmp_path):
+    """A hand-made artifact: a red square where the towel is, on grey noise."""
+    camera = looking_at_origin((-0.45, 0.0, 0.8))
+    folder = tmp_path / "episodes" / "0000"
+    np.savez(tmp_path / "garment.npz", faces=towel()[1], rest_m=towel()[0])
+    write_episode(folder, episode(4))
+    about = {
+        "stride": 2,
+        "rate_hz": 15,
+        "cameras": {
+            "head": {"width": 64, "height": 48, "fy_px": 42.0, "camera_to_world": camera.tolist(), "moves": False}
+        },
+    }
+    (folder / "v0" / "head").mkdir(parents=True)
+    (folder / "v0" / "appearance.json").write_text(json.dumps(about))
+    image = np.random.default_rng(0).integers(90, 130, (48, 64, 3)).astype(np.uint8)
+    pixels, _ = project(towel()[0], camera_to_world=camera, fy_over_height=42 / 48, width=64, height=48)
+    left, top = pixels.min(axis=0).astype(int)
+    right, bottom = pixels.max(axis=0).astype(int) + 1
+    image[top:bottom, left:right] = (200, 40, 30)
+    for frame in range(2):
+        Image.fromarray(image).save(folder / "v0" / "head" / f"{frame:06d}.png")
+    return tmp_path
+
+
+def failures(artifact) -> list[str]:
+    return [finding.name for finding in check_frames(artifact) if not finding.passed]
+
+
+def test_a_good_artifact_passes(artifact):
+    assert failures(artifact) == []
+
+
+def damage(name: str, artifact):
+    frames = artifact / "episodes/0000/v0/head"
+    match name:
+        case "a frame is missing":
+            (frames / "000001.png").unlink()
+        case "a frame is cut off":
+            (frames / "000001.png").write_bytes((frames / "000001.png").read_bytes()[:300])
+        case "a frame has another size":
+            Image.open(frames / "000001.png").resize((32, 24)).save(frames / "000001.png")
+        case "a frame is black":
+            Image.new("RGB", (64, 48)).save(frames / "000001.png")
+        case "a frame has one colour":
+            Image.new("RGB", (64, 48), (100, 100, 100)).save(frames / "000001.png")
+        case "the garment is not there":
+            Image.fromarray(np.random.default_rng(1).integers(90, 130, (48, 64, 3)).astype(np.uint8)).save(
+                frames / "000000.png"
+            )
+        case "the garment's faces are gone":
+            (artifact / "garment.npz").unlink()
+        case "the states are damaged":
+            (artifact / "episodes/0000/episode.npz").write_bytes(b"PK")
+
+
+@pytest.mark.parametrize(
+    ("what", "finding"),
+    [
+        ("a frame is missing", "frames_match_states"),
+        ("a frame is cut off", "frames_readable"),
+        ("a frame has another size", "frames_readable"),
+        ("a frame is black", "frames_lit"),
+        ("a frame has one colour", "frames_lit"),
+        ("the garment is not there", "garment_visible"),
+        ("the garment's faces are gone", "garment_visible"),
+        ("the states are damaged", "frames_match_states"),
+    ],
+)
+def test_damage_is_found(artifact, what, finding):
+    damage(what, artifact)
+    assert finding in failures(artifact)

@@ -1,0 +1,134 @@
+"""Trajectories become frames: in step with the states, repeatable, resumable."""
+
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from towel_cell import write_inputs
+
+from sim1.progress import listening
+from sim1.render.stage import RenderConfig, check_rendered_episodes, rendered_episodes
+from sim1.stage import BadInput
+
+CONFIG = RenderConfig(width=48, height=36, samples=2, rate_hz=15, variants=2, threads=1, device="cpu")
+
+
+@pytest.fixture
+def inputs(tmp_path):
+    return write_inputs(tmp_path)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def render(inputs, out: Path, config: RenderConfig = CONFIG):
+    out.mkdir(exist_ok=True)
+    return rendered_episodes(inputs, out, config)
+
+
+def test_a_trajectory_is_rendered_in_step_with_its_states_and_the_same_again_after_an_interruption(inputs, tmp_path):
+    out = tmp_path / "out"
+    seen = []
+    with listening(lambda done, total, what: seen.append((done, total))):
+        facts = render(inputs, out)
+    assert (facts["clips"], facts["frames"]) == (2, 8)  # 7 states at 30 Hz are 4 frames at 15 Hz, twice
+    assert seen[-1] == (8, 8)
+    assert len(list(out.glob("episodes/0000/v1/head/*.png"))) == 4
+    findings = check_rendered_episodes(out)
+    assert all(finding.passed for finding in findings), findings
+    assert (out / "contact_sheet.png").stat().st_size < 200_000
+
+    first = contents(out)
+    assert not any(name.endswith(".part") for name in first)
+    # Interrupted: one frame is gone, one is half-written under its temporary name.
+    (out / "episodes/0000/v1/head/000001.png").unlink()
+    (out / "episodes/0000/v1/head/000001.png.part").write_bytes(b"half")
+    before = (out / "episodes/0000/v0/head/000000.png").stat().st_mtime_ns
+    time.sleep(0.01)
+    render(inputs, out)
+    assert contents(out) == first
+    assert (out / "episodes/0000/v0/head/000000.png").stat().st_mtime_ns == before
+
+    # A frame shows the cell and nothing about the machine or the time.
+    with Image.open(out / "episodes/0000/v0/head/000000.png") as image:
+        assert image.size == (48, 36)
+        assert image.info == {}
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_another_look(inputs, tmp_path):
+    short = RenderConfig(
+        width=48, height=36, samples=2, rate_hz=10, variants=1, max_episodes=1, threads=1, device="cpu"
+    )
+    render(inputs, tmp_path / "a", short)
+    render(inputs, tmp_path / "b", short)
+    assert contents(tmp_path / "a") == contents(tmp_path / "b")
+    other = RenderConfig(**{**short.__dict__, "seed": 1})
+    render(inputs, tmp_path / "c", other)
+    name = "episodes/0000/v0/head/000000.png"
+    assert contents(tmp_path / "a")[name] != contents(tmp_path / "c")[name]
+
+
+def test_the_garment_moves_in_the_picture_as_it_does_in_the_states(inputs, tmp_path):
+    config = RenderConfig(
+        width=96,
+        height=72,
+        samples=4,
+        rate_hz=5,
+        variants=1,
+        cameras=("head", "left_wrist"),
+        device="cpu",
+        scanned_share=1.0,
+    )
+    render(inputs, tmp_path / "out", config)
+    clip = tmp_path / "out/episodes/0000/v0"
+    first, last = (np.asarray(Image.open(clip / "head" / f"{i:06d}.png"), float) for i in (0, 1))
+    about = json.loads((clip / "appearance.json").read_text())
+    assert about["stride"] == 6
+    assert about["cameras"]["left_wrist"]["moves"]
+    # The towel is red and covers the middle; what changes is there or where the arms turn, not in the far corners.
+    red = first[..., 0] - first[..., 2]
+    assert red[36, 48] > 30
+    change = np.abs(last - first).mean(axis=-1)
+    assert change.max() > 20
+    assert change[-4:, :4].mean() < 5
+    wrist = [np.asarray(Image.open(clip / "left_wrist" / f"{i:06d}.png"), float) for i in (0, 1)]
+    assert np.abs(wrist[1] - wrist[0]).mean() > 1.0
+
+
+def test_a_rate_that_does_not_divide_that_of_the_states_is_refused(inputs, tmp_path):
+    with pytest.raises(BadInput, match="7, which does not divide 30 Hz"):
+        render(inputs, tmp_path / "out", RenderConfig(rate_hz=7))
+
+
+def test_an_unknown_camera_is_refused_with_those_that_there_are(inputs, tmp_path):
+    with pytest.raises(BadInput, match="no camera tail; it has head, left_wrist, right_wrist"):
+        render(inputs, tmp_path / "out", RenderConfig(cameras=("tail",)))
+
+
+def test_an_episode_of_another_garment_is_refused(inputs, tmp_path):
+    mesh = inputs["garment_mesh"]["towel"] / "mesh.npz"
+    arrays = dict(np.load(mesh))
+    arrays["rest_m"] = np.vstack([arrays["rest_m"], [[0, 0, 1]]])
+    np.savez(mesh, **arrays)
+    with pytest.raises(BadInput, match="144 garment vertices"):
+        render(inputs, tmp_path / "out")
+
+
+def test_a_missing_texture_is_named(inputs, tmp_path):
+    (inputs["garment_mesh"]["towel"] / "texture.png").unlink()
+    with pytest.raises(BadInput, match=r"texture\.png"):
+        render(inputs, tmp_path / "out")
+
+
+def test_no_accepted_trajectory_gives_an_empty_artifact_that_its_check_refuses(inputs, tmp_path):
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    facts = render({**inputs, "valid_trajectories": {"towel": empty}}, tmp_path / "out")
+    assert facts["frames"] == 0
+    assert [finding.name for finding in check_rendered_episodes(tmp_path / "out") if not finding.passed] == [
+        "clips_present"
+    ]
