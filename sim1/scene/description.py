@@ -34,6 +34,7 @@ class Scene:
     table_top_m: float  # height of the top
     urdf: Path  # of one arm
     base_to_world: dict[str, np.ndarray]  # arm -> (4, 4)
+    home_rad: dict[str, np.ndarray]  # arm -> (6,), drawn back from the garment
     garment_place: np.ndarray  # (4, 4) garment mesh coordinates to a lying pose above the table
     cameras: dict[str, Camera]  # standing in the world
     wrist_cameras: dict[str, Camera]  # arm -> camera on one of its links
@@ -52,7 +53,13 @@ def write_scene(folder: Path, scene: Scene) -> None:
             "size_m": [float(value) for value in scene.table_size_m],
             "top_m": float(scene.table_top_m),
         },
-        "arms": {name: {"base_to_world": _rows(scene.base_to_world[name])} for name in ARMS},
+        "arms": {
+            name: {
+                "base_to_world": _rows(scene.base_to_world[name]),
+                "home_rad": [float(value) for value in scene.home_rad[name]],
+            }
+            for name in ARMS
+        },
         "urdf": scene.urdf.relative_to(folder).as_posix(),
         "garment": {"place": _rows(scene.garment_place)},
         "cameras": {
@@ -83,7 +90,7 @@ def read_scene(folder: Path) -> Scene:
     table = _keys(path, "table", top["table"], {"mesh", "size_m", "top_m"})
     arms = _keys(path, "arms", top["arms"], set(ARMS))
     garment = _keys(path, "garment", top["garment"], {"place"})
-    bases = {arm: _keys(path, f"arms.{arm}", arms[arm], {"base_to_world"})["base_to_world"] for arm in ARMS}
+    arms = {arm: _keys(path, f"arms.{arm}", arms[arm], {"base_to_world", "home_rad"}) for arm in ARMS}
     size_m = _numbers(path, "table.size_m", table["size_m"], (3,))
     if (size_m <= 0).any():
         raise BadInput(f"{path}: table.size_m is {size_m.tolist()}, expected lengths greater than 0 m")
@@ -92,7 +99,8 @@ def read_scene(folder: Path) -> Scene:
         table_size_m=size_m,
         table_top_m=float(_numbers(path, "table.top_m", table["top_m"], ())),
         urdf=_file(path, "urdf", top["urdf"]),
-        base_to_world={arm: _pose(path, f"arms.{arm}.base_to_world", bases[arm]) for arm in ARMS},
+        base_to_world={arm: _pose(path, f"arms.{arm}.base_to_world", arms[arm]["base_to_world"]) for arm in ARMS},
+        home_rad={arm: _numbers(path, f"arms.{arm}.home_rad", arms[arm]["home_rad"], (6,)) for arm in ARMS},
         garment_place=_pose(path, "garment.place", garment["place"]),
         cameras={
             name: _camera(path, f"cameras.{name}", value, on_link=False) for name, value in top["cameras"].items()
