@@ -1,7 +1,9 @@
 """Training trajectories of the state policy, read from a LeRobot dataset's tables."""
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,7 +18,7 @@ _COLUMNS = [STATE, KEYPOINTS, ACTION, "episode_index", "frame_index"]
 
 @dataclass(frozen=True, kw_only=True)
 class Trajectory:
-    """What the state policy sees and does in one episode; T frames at 30 Hz."""
+    """What the state policy sees and does in one episode; T frames at the dataset's rate."""
 
     garment: str
     name: str  # folder of the accepted episode
@@ -47,6 +49,23 @@ def read_trajectories(dataset: Path) -> list[Trajectory]:
         raise BadInput(f"{dataset}: episodes {unknown[:5]} are in only one of lerobot/data and provenance.parquet")
     first = rows.sort_values(["garment", "trajectory", "appearance"]).drop_duplicates(["garment", "trajectory"])
     return [_trajectory(row, by_episode[row.episode_index], dataset) for row in first.itertuples()]
+
+
+def read_rate_hz(dataset: Path) -> int:
+    """Frames per second of a `dataset` artifact."""
+    return int(_json(dataset / "lerobot" / "meta" / "info.json", "fps"))
+
+
+def read_keypoints(dataset: Path, garment: str) -> np.ndarray:
+    """Vertices (k,) of the garment mesh whose positions are in the state."""
+    return np.array(_json(dataset / "keypoints.json", garment), dtype=int)
+
+
+def _json(path: Path, key: str) -> Any:
+    try:
+        return json.loads(path.read_text())[key]
+    except (OSError, ValueError, KeyError) as error:
+        raise BadInput(f"{path}: no readable {key!r} ({error!r}); make the dataset again") from error
 
 
 def _trajectory(row: object, frames: pd.DataFrame, dataset: Path) -> Trajectory:

@@ -24,14 +24,22 @@ class ChunkExecution:
         self._chunks: list[tuple[int, np.ndarray]] = []  # (frame of the first row, chunk), oldest first
         self._frame = 0
 
-    def command(self, observation: np.ndarray) -> np.ndarray:
-        """Command (action_size,) for this frame; call once per frame."""
+    def upcoming(self, observation: np.ndarray, count: int = 1) -> np.ndarray:
+        """Commands (count, action_size) for this frame and those after it; call once per frame.
+
+        Raises:
+            ValueError: the chunks do not reach that far.
+        """
         if self._frame % self._replan_frames == 0:
             self._chunks.append((self._frame, self._predict(observation)))
         self._chunks = [(start, chunk) for start, chunk in self._chunks if self._frame < start + len(chunk)]
-        if not self._chunks:
-            raise ValueError(f"a chunk is shorter than replan_frames = {self._replan_frames}")
-        rows = np.stack([chunk[self._frame - start] for start, chunk in self._chunks])
-        weights = np.exp(-self._decay * np.arange(len(rows))[::-1])
+        commands = np.stack([self._blended(self._frame + ahead) for ahead in range(count)])
         self._frame += 1
-        return weights @ rows / weights.sum()
+        return commands
+
+    def _blended(self, frame: int) -> np.ndarray:
+        rows = [chunk[frame - start] for start, chunk in self._chunks if frame < start + len(chunk)]
+        if not rows:
+            raise ValueError(f"no chunk reaches frame {frame}: chunks must be longer than {self._replan_frames} frames")
+        weights = np.exp(-self._decay * np.arange(len(rows))[::-1])
+        return weights @ np.stack(rows) / weights.sum()

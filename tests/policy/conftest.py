@@ -1,5 +1,6 @@
 """Made-up trajectories: arms that go where the garment's keypoints say, so that there is something to learn."""
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,7 @@ KEYPOINT_SIZE = 36
 def toy_trajectory(garment: str, name: str, sources: set[str], seed: int) -> Trajectory:
     rng = np.random.default_rng(seed)
     place = rng.uniform(-1, 1, 3)
-    phase = np.linspace(0, 1, FRAMES)[:, None]
+    phase = np.linspace(0, 1.3, FRAMES).clip(max=1)[:, None]  # moves, then holds
     goal = np.resize(place, 14)
     goal[[6, 13]] = 0.2
     action = phase * goal
@@ -72,6 +73,12 @@ def write_dataset(folder: Path, trajectories: list[Trajectory], appearances: int
     table.iloc[:half].to_parquet(data / "file-000.parquet")
     table.iloc[half:].to_parquet(data / "file-001.parquet")
     pd.DataFrame(provenance).to_parquet(folder / "provenance.parquet")
+    (folder / "lerobot" / "meta").mkdir()
+    (folder / "lerobot" / "meta" / "info.json").write_text(json.dumps({"fps": 10}))
+    names = {item.garment for item in trajectories}
+    (folder / "keypoints.json").write_text(
+        json.dumps({name: list(range(KEYPOINT_SIZE // 3)) for name in sorted(names)})
+    )
     return ToyDataset(folder)
 
 

@@ -1,0 +1,117 @@
+"""The ablation table: what each variant of the pipeline does to pass rate and success rate."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from sim1.policy.counting import read_decisions, read_table
+from sim1.stage import BadInput, Inputs
+from sim1.statistics import Interval, wilson_interval
+
+BASE = "base"
+STAGES = ("valid_trajectories", "policy")
+# Paper, table "Ablation on designs": pass rate, in-domain, spatial and average success in percent.
+PAPER_ROWS = (
+    {"Method (paper)": "Baseline", "Pass rate (%)": 0, "In-domain (%)": None, "Spatial (%)": None, "Average (%)": None},
+    {"Method (paper)": "+ trajectory decomposition", "Pass rate (%)": 65, "In-domain (%)": 0, "Spatial (%)": 0, "Average (%)": 0},
+    {"Method (paper)": "+ diffusion-based generation", "Pass rate (%)": 38, "In-domain (%)": 47, "Spatial (%)": 33, "Average (%)": 33},
+    {"Method (paper)": "+ deformation-stable solver", "Pass rate (%)": 40, "In-domain (%)": 67, "Spatial (%)": 93, "Average (%)": 76},
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """Counts of one variant; success is None where no trial was run."""
+
+    variant: str
+    candidate_count: int
+    accepted_count: int
+    sound_count: int  # accepted by the filters and judged a success in simulation
+    trial_count: int
+    success_count: int
+    own_stages: tuple[str, ...]  # the rest is the base graph's own artifact
+
+    @property
+    def pass_interval(self) -> Interval:
+        return wilson_interval(self.accepted_count, self.candidate_count)
+
+    @property
+    def success_interval(self) -> Interval:
+        return wilson_interval(self.success_count, self.trial_count)
+
+
+def variants_of(inputs: Inputs) -> list[str]:
+    """Variants named by the inputs (`V/stage`), the base graph first."""
+    names = {name.rsplit("/", 1)[0] for name in inputs if "/" in name}
+    return [BASE, *sorted(names)]
+
+
+def count_variant(inputs: Inputs, variant: str) -> Row:
+    """Counts of a variant; where it has no artifact of its own, the base's counts are its counts.
+
+    Raises:
+        BadInput: an artifact is missing or damaged.
+    """
+    own, found = [], {}
+    for stage in STAGES:
+        name = f"{variant}/{stage}"
+        if inputs.get(name):
+            own.append(stage)
+        found[stage] = inputs.get(name) or inputs.get(stage)
+        if not found[stage]:
+            raise BadInput(f"stage input {stage!r}: nothing to compare; materialize it first")
+    decisions = read_decisions(found["valid_trajectories"])
+    trials = pd.concat([read_table(path / "evaluation.parquet") for path in found["policy"].values()])
+    largest = trials[trials["size"] == trials["size"].max()]
+    return Row(
+        variant=variant,
+        candidate_count=len(decisions),
+        accepted_count=int(decisions["accepted"].sum()),
+        sound_count=int((decisions["accepted"] & decisions["success"]).sum()),
+        trial_count=len(largest),
+        success_count=int(largest["success"].sum()),
+        own_stages=tuple(own),
+    )
+
+
+def as_record(row: Row) -> Mapping[str, object]:
+    """JSON form, rates as shares of 1."""
+    tried = row.trial_count > 0
+    return {
+        "variant": row.variant,
+        "candidate_count": row.candidate_count,
+        "accepted_count": row.accepted_count,
+        "accepted_and_successful_count": row.sound_count,
+        "pass_rate": row.accepted_count / row.candidate_count if row.candidate_count else None,
+        "pass_rate_ci95": list(row.pass_interval),
+        "trial_count": row.trial_count,
+        "success_count": row.success_count,
+        "success_rate": row.success_count / row.trial_count if tried else None,
+        "success_rate_ci95": list(row.success_interval),
+        "own_stages": list(row.own_stages),
+    }
+
+
+def draw_table(rows: Sequence[Row]) -> Figure:
+    """Pass rate and success rate per variant, with intervals and counts."""
+    figure = Figure(figsize=(7.2, 1.6 + 0.6 * len(rows)), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    places = np.arange(len(rows))
+    for ax, title, color, counts, intervals in (
+        (axes[0], "Pass rate (%)", "#1f6fb4", [(r.accepted_count, r.candidate_count) for r in rows], [r.pass_interval for r in rows]),
+        (axes[1], "Success rate (%)", "#b4531f", [(r.success_count, r.trial_count) for r in rows], [r.success_interval for r in rows]),
+    ):  # fmt: skip
+        for place, (some, of), interval in zip(places, counts, intervals):
+            if of:
+                share, bar = 100 * some / of, 100 * np.array(interval)
+                ax.barh(place, share, color=color, alpha=0.35, height=0.55)
+                ax.errorbar(share, place, xerr=[[share - bar[0]], [bar[1] - share]], fmt="o", color=color, capsize=4)
+            ax.text(101, place, f"{some}/{of}" if of else "not tried", va="center", fontsize=9)
+        ax.set(xlim=(0, 100), xlabel=f"{title[:-4]}(%), 95 % Wilson interval", title=title)
+        ax.grid(axis="x", alpha=0.25)
+    axes[0].set_yticks(places, [row.variant for row in rows])
+    axes[0].invert_yaxis()
+    return figure

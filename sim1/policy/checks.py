@@ -1,0 +1,163 @@
+"""What must hold in the artifacts of this room."""
+
+import json
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+
+from sim1.policy.counting import read_table
+from sim1.policy.model import load_policy
+from sim1.stage import BadInput, Finding
+from sim1.statistics import wilson_interval
+
+
+def check_experiment(artifact: Path) -> list[Finding]:
+    """Findings of stage `policy`."""
+    about = json.loads((artifact / "policy.json").read_text())
+    open_loop, trials = read_table(artifact / "open_loop.parquet"), read_table(artifact / "evaluation.parquet")
+    expected = {f"{size}_{seed}.safetensors" for size in about["sizes"] for seed in about["seeds"]}
+    found = {path.name for path in (artifact / "policies").iterdir()}
+    findings = [
+        Finding(
+            name="every_model_saved", passed=expected == found, detail=f"{len(found)} files of {len(expected)} models"
+        )
+    ]
+    bad = []
+    for name in sorted(found & expected):
+        try:
+            model = load_policy(artifact / "policies" / name)
+        except BadInput as error:
+            bad.append(str(error))
+            continue
+        if not all(tensor.isfinite().all() for tensor in model.state_dict().values()):
+            bad.append(name)
+    findings.append(Finding(name="weights_finite", passed=not bad, detail=", ".join(bad) or f"{len(found)} models"))
+    plan = about["trials"]
+    wanted = {
+        (size, seed, garment, trial)
+        for size, seed in plan["models"]
+        for garment in plan["garments"]
+        for trial in range(plan["each"])
+    }
+    rows = list(trials[["size", "seed", "garment", "trial"]].itertuples(index=False, name=None))
+    findings.append(
+        Finding(
+            name="every_trial_accounted_for",
+            passed=sorted(rows) == sorted(wanted),
+            detail=f"{len(rows)} rows of {len(wanted)} planned trials",
+        )
+    )
+    silent = int((~trials["success"].astype(bool) & trials["failure"].isna()).sum())
+    findings.append(
+        Finding(name="every_failure_has_a_class", passed=silent == 0, detail=f"{silent} failures without a class")
+    )
+    tested = about["held_out_count"] * len(expected)
+    findings.append(
+        Finding(
+            name="every_held_out_error_measured",
+            passed=len(open_loop) == tested,
+            detail=f"{len(open_loop)} of {tested} rows",
+        )
+    )
+    if tested:
+        largest = open_loop[open_loop["size"] == max(about["sizes"])]
+        error, hold = (float(np.degrees(largest[key].mean())) for key in ("joint_error_rad", "hold_joint_error_rad"))
+        findings.append(
+            Finding(
+                name="better_than_standing_still",
+                passed=error < hold,
+                detail=f"held-out joint error {error:.2f} degrees, standing still {hold:.2f} degrees, size {max(about['sizes'])}",
+                blocking=False,  # with a handful of trajectories this is a result, not a defect
+            )
+        )
+    return findings
+
+
+def check_curve(artifact: Path) -> list[Finding]:
+    """Findings of stage `scaling_report`."""
+    curve = json.loads((artifact / "curve.json").read_text())
+    findings = _page_findings(
+        artifact, [f"{p['success_count']} of {p['trial_count']}" for p in curve["points"] if p["trial_count"]]
+    )
+    outside = [
+        p["size"]
+        for p in curve["points"]
+        if p["joint_error_rad"] is not None
+        and not p["joint_error_interval_rad"][0] - 1e-12
+        <= p["joint_error_rad"]
+        <= p["joint_error_interval_rad"][1] + 1e-12
+    ]
+    findings.append(
+        Finding(name="intervals_hold_their_values", passed=not outside, detail=f"sizes outside: {outside or 'none'}")
+    )
+    wrong = [
+        p["size"]
+        for p in curve["points"]
+        if not np.allclose(p["success_interval"], wilson_interval(p["success_count"], p["trial_count"]))
+    ]
+    findings.append(
+        Finding(name="success_intervals_follow_from_counts", passed=not wrong, detail=f"sizes wrong: {wrong or 'none'}")
+    )
+    return findings
+
+
+def check_table(artifact: Path) -> list[Finding]:
+    """Findings of stage `ablation_report`."""
+    rows = json.loads((artifact / "table.json").read_text())["rows"]
+    counts = [f"{row['accepted_count']} of {row['candidate_count']}" for row in rows]
+    findings = _page_findings(artifact, [*counts, *(row["variant"] for row in rows)])
+    wrong = [
+        row["variant"]
+        for row in rows
+        if row["candidate_count"] and not np.isclose(row["pass_rate"], row["accepted_count"] / row["candidate_count"])
+    ]
+    findings.append(
+        Finding(name="rates_follow_from_counts", passed=not wrong, detail=f"variants wrong: {wrong or 'none'}")
+    )
+    return findings
+
+
+def check_costs(artifact: Path) -> list[Finding]:
+    """Findings of stage `cost_report`."""
+    methods = json.loads((artifact / "costs.json").read_text())["methods"]
+    findings = _page_findings(artifact, [item["method"] for item in methods])
+    wrong = [
+        item["method"]
+        for item in methods
+        if not np.isclose(item["usd_per_trajectory"] * item["trajectories_per_day"], item["usd_per_day"])
+    ]
+    findings.append(
+        Finding(name="unit_cost_follows_from_day", passed=not wrong, detail=f"methods wrong: {wrong or 'none'}")
+    )
+    return findings
+
+
+class _Page(HTMLParser):
+    """Text of a page, and the addresses it points to."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.text: list[str] = []
+        self.outside: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.outside += [
+            value or "" for name, value in attrs if name in {"src", "href"} and not (value or "").startswith("data:")
+        ]
+
+    def handle_data(self, data: str) -> None:
+        self.text.append(data)
+
+
+def _page_findings(artifact: Path, must_say: list[str]) -> list[Finding]:
+    page = _Page()
+    page.feed((artifact / "report.html").read_text())
+    text = " ".join(page.text)
+    missing = [words for words in must_say if words not in text]
+    return [
+        Finding(name="page_states_its_counts", passed=not missing, detail=f"not on the page: {missing or 'nothing'}"),
+        Finding(
+            name="page_stands_alone", passed=not page.outside, detail=f"links to the outside: {page.outside or 'none'}"
+        ),
+    ]

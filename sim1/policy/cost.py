@@ -1,0 +1,153 @@
+"""What a trajectory costs: the paper's arithmetic from prices, and this machine's from measured seconds."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pydantic
+import yaml
+
+from sim1.stage import BadInput, stage_config
+
+SCHEMA = "sim1.prices/1"
+HOURS_PER_DAY = 24
+# Work that every further trajectory needs again; all the rest is done once per garment or once in all.
+PER_TRAJECTORY_STAGES = ("candidate_trajectories", "valid_trajectories", "rendered_episodes", "dataset")
+
+type Timings = Mapping[str, Mapping[str, float]]
+"""Stage -> garment ("" for a joint stage) -> seconds."""
+
+
+@stage_config
+class RealCollection:
+    """A person teaches the real robot."""
+
+    labour_usd_per_hour: float
+    labour_hours_per_day: float
+    platform_usd: float
+    platform_days: float
+    trajectories_per_day: float
+
+
+@stage_config
+class PaperSimulation:
+    """The paper's GPU server."""
+
+    gpu_count: int
+    gpu_usd_per_hour: float
+    gpu_minutes_per_trajectory: float
+
+
+@stage_config
+class ThisMachine:
+    """The machine that made the artifacts."""
+
+    description: str
+    usd_per_hour: float
+
+
+@stage_config
+class Prices:
+    """`prices.yaml`, money in US dollars."""
+
+    schema: str
+    real_collection: RealCollection
+    paper_simulation: PaperSimulation
+    this_machine: ThisMachine
+
+
+@dataclass(frozen=True, kw_only=True)
+class Production:
+    """How many trajectories a way of working makes in a day, and what one of them costs."""
+
+    method: str
+    usd_per_day: float
+    trajectories_per_day: float
+
+    @property
+    def usd_per_trajectory(self) -> float | None:
+        return self.usd_per_day / self.trajectories_per_day if self.trajectories_per_day else None
+
+
+def read_prices(path: Path) -> Prices:
+    """Read and check a price file.
+
+    Raises:
+        BadInput: missing or unknown key, a price that is not a positive number.
+    """
+    try:
+        prices = Prices(**yaml.safe_load(path.read_text()))
+    except (OSError, TypeError, yaml.YAMLError, pydantic.ValidationError) as error:
+        raise BadInput(f"{path}: not a price file of schema {SCHEMA} ({error}); correct the file") from error
+    if prices.schema != SCHEMA:
+        raise BadInput(f"{path}: schema is {prices.schema!r}, expected {SCHEMA!r}")
+    for name in ("real_collection", "paper_simulation", "this_machine"):
+        for key, value in vars(getattr(prices, name)).items():
+            if isinstance(value, int | float) and not 0 < value < float("inf"):
+                raise BadInput(f"{path}: {name}.{key} is {value}; prices and counts must be positive")
+    return prices
+
+
+def real_collection(prices: Prices) -> Production:
+    """Paper, appendix "Cost-efficiency Analysis": wages and the platform written off by the day."""
+    real = prices.real_collection
+    daily = real.labour_usd_per_hour * real.labour_hours_per_day + real.platform_usd / real.platform_days
+    return Production(
+        method="Real-world collection (paper)",
+        usd_per_day=daily,
+        trajectories_per_day=real.trajectories_per_day,
+    )
+
+
+def paper_simulation(prices: Prices) -> Production:
+    """Paper, same place: GPUs around the clock, each trajectory a fixed time on one GPU."""
+    server = prices.paper_simulation
+    return Production(
+        method="Simulation (paper)",
+        usd_per_day=server.gpu_count * server.gpu_usd_per_hour * HOURS_PER_DAY,
+        trajectories_per_day=server.gpu_count * HOURS_PER_DAY * 60 / server.gpu_minutes_per_trajectory,
+    )
+
+
+def this_machine(prices: Prices, timings: Timings, trajectory_count: int) -> Production | None:
+    """The machine at hand around the clock at the measured pace of the stages that every trajectory passes.
+
+    None where a stage of the four was not measured, or nothing was accepted.
+    """
+    seconds = per_trajectory_seconds(timings, trajectory_count)
+    if seconds is None:
+        return None
+    return Production(
+        method=f"Simulation ({prices.this_machine.description})",
+        usd_per_day=prices.this_machine.usd_per_hour * HOURS_PER_DAY,
+        trajectories_per_day=HOURS_PER_DAY * 3600 / seconds,
+    )
+
+
+def per_trajectory_seconds(timings: Timings, trajectory_count: int) -> float | None:
+    """Seconds of machine time per accepted trajectory, rejected candidates and all appearances included."""
+    missing = [stage for stage in PER_TRAJECTORY_STAGES if not timings.get(stage)]
+    if missing or not trajectory_count:
+        return None
+    return sum(sum(timings[stage].values()) for stage in PER_TRAJECTORY_STAGES) / trajectory_count
+
+
+def read_timings(path: Path) -> Timings:
+    """Read `{stage: {garment: seconds}}`.
+
+    Raises:
+        BadInput: not such a file, or a time that is not a number of seconds.
+    """
+    try:
+        found = json.loads(path.read_text())
+        timings = {str(stage): {str(key): float(s) for key, s in times.items()} for stage, times in found.items()}
+    except (OSError, ValueError, TypeError, AttributeError) as error:
+        raise BadInput(
+            f"{path}: not a file of {{stage: {{garment: seconds}}}} ({error}); remove or correct it"
+        ) from error
+    for stage, times in timings.items():
+        for key, seconds in times.items():
+            if not 0 <= seconds < float("inf"):
+                raise BadInput(f"{path}: {stage}/{key or 'joint'} took {seconds} s; correct the file")
+    return timings

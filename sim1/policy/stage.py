@@ -1,0 +1,176 @@
+"""Stages `policy`, `scaling_report`, `ablation_report` and `cost_report`."""
+
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+
+from pydantic import Field
+
+from sim1.cloth.world import CellConfig
+from sim1.stage import Facts, Finding, Inputs, only, stage_config
+
+
+@stage_config
+class PolicyConfig:
+    """Training, and trials in the simulated cell."""
+
+    seed: int = 0  # of the split, the order of the trajectories and the placements of the trials
+    sizes: tuple[int, ...] = (2, 4, 8)  # training trajectories; beyond what there is, all there is
+    seeds: tuple[int, ...] = (0, 1)  # one model per size and seed
+    test_share: float = Field(0.25, gt=0, lt=1)  # of each garment's trajectories, wanted for the open-loop test
+    steps: int = Field(2000, gt=0)  # gradient steps per model
+    batch: int = Field(256, gt=0)  # frames per step
+    learning_rate: float = Field(1e-3, gt=0)  # at the start of a cosine
+    input_noise: float = Field(0.05, ge=0)  # standard deviation in units of each input's spread; teaches recovery
+    width: int = Field(256, gt=0)  # of the hidden layers
+    depth: int = Field(3, gt=0)  # hidden layers
+    chunk_s: float = Field(1.0, gt=0)  # commands predicted at once
+    replan_s: float = Field(0.2, gt=0)  # a new chunk that often
+    ensemble_decay: float = Field(0.5, ge=0)  # weight exp(-decay * age in chunks) of older chunks; large: newest alone
+    trial_count: int = Field(2, ge=0)  # closed-loop trials per garment and model
+    evaluate_garments: tuple[str, ...] = ()  # of the closed loop; empty: all
+    evaluate_sizes: int = Field(
+        2, ge=1
+    )  # training sizes of the closed loop, largest first, then smallest, then between
+    evaluate_seeds: int = Field(1, ge=1)  # models per size of the closed loop, in order of `seeds`
+    shift_m: float = Field(0.05, ge=0)  # garment moved within this radius (paper: 5 cm when generating data)
+    turn_rad: float = Field(math.radians(15), ge=0)  # and turned within this angle (paper: 15 degrees)
+    cell: CellConfig = CellConfig()  # numerics of the simulated cell; those of the training data
+    time_factor: float = Field(1.2, gt=0)  # a trial lasts this many times the longest training trajectory
+
+
+@stage_config
+class ScalingReportConfig:
+    """Intervals of the curve."""
+
+    seed: int = 0  # of the bootstrap
+
+
+@stage_config
+class AblationReportConfig:
+    """Nothing to choose."""
+
+
+@stage_config
+class CostReportConfig:
+    """Nothing to choose: prices are a source of their own."""
+
+
+def policy(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
+    """Train one state policy per size and seed, measure its held-out error, let it drive the simulated cell.
+
+    Raises:
+        BadInput: the dataset is damaged, or has no trajectory to train on.
+    """
+    from sim1.policy.experiment import run_experiment
+
+    return run_experiment(inputs, out, config)
+
+
+def check_policy(artifact: Path) -> list[Finding]:
+    """Weights are finite, every model and every trial is accounted for, and training did more than nothing."""
+    from sim1.policy.checks import check_experiment
+
+    return check_experiment(artifact)
+
+
+def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Facts:
+    """Held-out error and success against the number of training trajectories, with a fitted curve where there is enough."""
+    import pandas as pd
+
+    from sim1.policy.scaling import PowerLaw, equivalence, fit_power_law, measure
+    from sim1.policy.scaling_page import write_scaling_page
+    from sim1.policy.scaling_pictures import draw_error, draw_success
+
+    source = only(inputs, "policy")
+    about = json.loads((source / "policy.json").read_text())
+    open_loop = pd.read_parquet(source / "open_loop.parquet")
+    points = measure(open_loop, pd.read_parquet(source / "evaluation.parquet"), about["sizes"], config.seed)
+    fit = fit_power_law(open_loop, config.seed)
+    if len(open_loop):
+        draw_error(points, fit).savefig(out / "error.png", dpi=110)
+    if any(point.trial_count for point in points):
+        draw_success(points).savefig(out / "success.png", dpi=110)
+    curve = {
+        "schema": "sim1.curve/1",
+        "points": [asdict(point) for point in points],
+        "fit": asdict(fit) if isinstance(fit, PowerLaw) else {"reason": fit},
+        "equivalence": equivalence(),
+    }
+    (out / "curve.json").write_text(json.dumps(curve, indent=1, sort_keys=True) + "\n")
+    write_scaling_page(out, points, fit, about, equivalence())
+    largest = points[-1]
+    return {
+        "largest_size": largest.size,
+        "held_out_joint_error_rad": largest.joint_error_rad,
+        "standing_still_joint_error_rad": largest.hold_joint_error_rad,
+        "trial_count": sum(point.trial_count for point in points),
+        "success_count": sum(point.success_count for point in points),
+        "scaling_exponent": fit.exponent if isinstance(fit, PowerLaw) else fit,
+        "stand_in": "simulation plays reality, a scripted expert plays the teleoperator",
+    }
+
+
+def check_scaling_report(artifact: Path) -> list[Finding]:
+    """Counts of curve and page agree, intervals hold their values."""
+    from sim1.policy.checks import check_curve
+
+    return check_curve(artifact)
+
+
+def ablation_report(inputs: Inputs, out: Path, config: AblationReportConfig) -> Facts:
+    """Pass rate and success rate of the base graph and of every variant (paper, table "Ablation on designs")."""
+    from sim1.policy.ablation import as_record, count_variant, draw_table, variants_of
+    from sim1.policy.ablation_page import write_ablation_page
+
+    rows = [count_variant(inputs, variant) for variant in variants_of(inputs)]
+    draw_table(rows).savefig(out / "ablation.png", dpi=110)
+    table = {"schema": "sim1.ablation/1", "rows": [as_record(row) for row in rows]}
+    (out / "table.json").write_text(json.dumps(table, indent=1, sort_keys=True) + "\n")
+    write_ablation_page(out, rows)
+    shown = ("variant", "accepted_count", "candidate_count", "success_count", "trial_count")
+    return {"variants": [{key: record[key] for key in shown} for record in table["rows"]]}
+
+
+def check_ablation_report(artifact: Path) -> list[Finding]:
+    """Rates follow from counts, and every variant stands on the page."""
+    from sim1.policy.checks import check_table
+
+    return check_table(artifact)
+
+
+def cost_report(inputs: Inputs, out: Path, config: CostReportConfig) -> Facts:
+    """The paper's cost arithmetic, and this machine's where seconds were measured (source `timings`).
+
+    Raises:
+        BadInput: the price file or the timings are not what they should be.
+    """
+    from sim1.policy.cost import paper_simulation, read_prices, read_timings, real_collection, this_machine
+    from sim1.policy.cost_page import shown, write_cost_page
+    from sim1.policy.counting import accepted_count
+
+    prices = read_prices(only(inputs, "prices"))
+    timings = read_timings(only(inputs, "timings")) if inputs.get("timings") else {}
+    count = accepted_count(inputs["valid_trajectories"])
+    here = this_machine(prices, timings, count)
+    methods = [real_collection(prices), paper_simulation(prices), *([here] if here else [])]
+    costs = {
+        "schema": "sim1.costs/1",
+        "accepted_count": count,
+        "methods": [
+            {**asdict(item), "usd_per_trajectory": item.usd_per_trajectory, "measured": item is here}
+            for item in methods
+        ],
+        "seconds": {stage: dict(times) for stage, times in timings.items()},
+    }
+    (out / "costs.json").write_text(json.dumps(costs, indent=1, sort_keys=True) + "\n")
+    write_cost_page(out, methods, prices, timings, count, measured=here is not None)
+    return {"accepted_count": count, "methods": [shown(item, methods[0]) for item in methods]}
+
+
+def check_cost_report(artifact: Path) -> list[Finding]:
+    """The paper's figures follow from the prices, and unit costs from the daily ones."""
+    from sim1.policy.checks import check_costs
+
+    return check_costs(artifact)

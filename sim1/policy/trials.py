@@ -1,0 +1,135 @@
+"""Closed-loop trials: the garment is moved at random, the policy drives, the judge decides."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
+from sim1.cloth.garment import read_garment_mesh
+from sim1.cloth.physics import read_physics
+from sim1.episode import episode_folders, read_episode
+from sim1.motion.placement import random_placement
+from sim1.policy.model import ChunkPolicy
+from sim1.policy.rollout import Driving, Start, roll_out
+from sim1.policy.stage import PolicyConfig
+from sim1.scene.description import read_scene
+from sim1.stage import BadInput, Inputs, random_stream
+
+TRIAL_COLUMNS = (
+    "size", "seed", "garment", "trial", "success", "failure", "figures", "shift_x_m", "shift_y_m", "turn_rad", "simulated_s",
+)  # fmt: skip
+BROKEN = "simulation_broke"
+
+type Judge = Callable[[np.ndarray], tuple[bool, str | None, Mapping[str, float]]]
+"""Garment over time (T, v, 3) -> success, failure class, figures."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """A garment's cell, ready for trials."""
+
+    cell: Any  # sim1.cloth.cell.Cell, or what behaves like it
+    start: Start
+    judge: Judge
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trials:
+    """What all trials share."""
+
+    inputs: Inputs
+    driving: Driving
+    duration_s: float
+    config: PolicyConfig
+
+    def run(
+        self,
+        models: Mapping[tuple[int, int], ChunkPolicy],
+        garments: Sequence[str],
+        keypoints: Mapping[str, np.ndarray],
+        progress: Callable[[float, str], None],
+    ) -> list[dict[str, Any]]:
+        """One row per garment, model and trial; every model meets the same placements."""
+        rows: list[dict[str, Any]] = []
+        total = len(models) * len(garments) * self.config.trial_count
+        for garment in garments if total else ():
+            bench = open_bench(self.inputs, garment, self.config.cell)
+            for (size, seed), model in models.items():
+                for trial in range(self.config.trial_count):
+                    what = f"{garment}, policy of {size} trajectories, trial {trial + 1} of {self.config.trial_count}"
+
+                    def on_frame(share: float, done: int = len(rows), what: str = what) -> None:
+                        progress((done + share) / total, what)
+
+                    outcome = self._trial(bench, model, garment, keypoints[garment], trial, on_frame)
+                    rows.append({"size": size, "seed": seed, "garment": garment, "trial": trial, **outcome})
+        progress(1.0, "trials done")
+        return rows
+
+    def _trial(
+        self,
+        bench: Bench,
+        model: ChunkPolicy,
+        garment: str,
+        keypoints: np.ndarray,
+        trial: int,
+        on_frame: Callable[[float], None],
+    ) -> dict[str, Any]:
+        rng = random_stream(self.config.seed, "trial", garment, trial)
+        centre = bench.start.garment_m.mean(axis=0)
+        placement = random_placement(rng, self.config.shift_m, self.config.turn_rad, centre)
+        moved = bench.start.garment_m @ placement[:3, :3].T + placement[:3, 3]
+        start = Start(garment_m=moved, joints_rad=bench.start.joints_rad, openness=bench.start.openness)
+        shift = moved.mean(axis=0) - centre
+        duration_s = self.duration_s
+        try:
+            history = roll_out(bench.cell, start, model, garment, keypoints, self.driving, duration_s, on_frame)
+            success, failure, figures = bench.judge(history)
+        except SimulationBroke:
+            success, failure, figures, duration_s = False, BROKEN, {}, bench.cell.frame / 30.0
+        return {
+            "success": success,
+            "failure": failure,
+            "figures": json.dumps({key: float(value) for key, value in sorted(figures.items())}),
+            "shift_x_m": float(shift[0]),
+            "shift_y_m": float(shift[1]),
+            "turn_rad": float(np.arctan2(placement[1, 0], placement[0, 0])),
+            "simulated_s": duration_s,
+        }
+
+
+def open_bench(inputs: Inputs, garment: str, cell: CellConfig) -> Bench:
+    """The simulated cell with a garment as the expert found it, and the judge of its task.
+
+    Raises:
+        BadInput: an artifact of that garment is missing or damaged.
+    """
+    for name in ("garment_mesh", "scene", "calibrated_physics", "seed_demos"):
+        if garment not in inputs.get(name, {}):
+            raise BadInput(f"stage input {name!r}: none for garment {garment!r}; materialize it first")
+    from sim1.validity.success import judge, read_task
+
+    mesh = read_garment_mesh(inputs["garment_mesh"][garment])
+    demos = inputs["seed_demos"][garment]
+    task = read_task(demos / "task.json")
+    folders = episode_folders(demos)
+    if not folders:
+        raise BadInput(f"{demos}/episodes: empty; the arms' starting pose is taken from the first demonstration")
+    first = read_episode(folders[0])
+    try:
+        with np.load(demos / "start.npz", allow_pickle=False) as data:
+            garment_m = data["garment_m"].astype(float)
+    except (OSError, KeyError, ValueError) as error:
+        raise BadInput(f"{demos}/start.npz: not readable ({error}); make the demonstrations again") from error
+
+    def decide(history: np.ndarray) -> tuple[bool, str | None, Mapping[str, float]]:
+        judgement = judge(history, mesh.faces, task)
+        return bool(judgement.success), judgement.failure, judgement.figures
+
+    physics = read_physics(inputs["calibrated_physics"][garment] / "model.yaml")
+    arena = Cell(mesh, read_scene(inputs["scene"][garment]), physics, cell)
+    start = Start(garment_m=garment_m, joints_rad=first.joints_rad[0], openness=first.openness[0])
+    return Bench(cell=arena, start=start, judge=decide)

@@ -1,0 +1,102 @@
+import json
+
+import pandas as pd
+import pytest
+
+from sim1.policy.stage import AblationReportConfig, ablation_report, check_ablation_report
+from sim1.stage import BadInput
+
+
+def decisions(folder, accepted, rejected):
+    folder.mkdir(parents=True)
+    flags = [True] * accepted + [False] * rejected
+    table = pd.DataFrame(
+        {"accepted": flags, "success": [True] * (accepted - 1) + [False] * (rejected + 1), "reason": ""}
+    )
+    table.to_parquet(folder / "decisions.parquet")
+    return folder
+
+
+def trials(folder, successes, failures):
+    """The same outcome at the largest size; at a smaller one everything fails."""
+    folder.mkdir(parents=True)
+    flags = [True] * successes + [False] * failures
+    table = pd.DataFrame({"size": 8, "success": flags})
+    small = pd.DataFrame({"size": 2, "success": [False] * 5})
+    pd.concat([small, table]).to_parquet(folder / "evaluation.parquet")
+    return folder
+
+
+@pytest.fixture
+def inputs(tmp_path):
+    return {
+        "valid_trajectories": {
+            "towel": decisions(tmp_path / "b1", 4, 6),
+            "tshirt": decisions(tmp_path / "b2", 2, 8),
+        },
+        "policy": {"": trials(tmp_path / "bp", 3, 7)},
+        "minimum_jerk/valid_trajectories": {
+            "towel": decisions(tmp_path / "m1", 1, 9),
+            "tshirt": decisions(tmp_path / "m2", 1, 9),
+        },
+        "minimum_jerk/policy": {"": trials(tmp_path / "mp", 0, 10)},
+        "other_network/policy": {"": trials(tmp_path / "op", 5, 5)},
+    }
+
+
+def rows(out):
+    return {row["variant"]: row for row in json.loads((out / "table.json").read_text())["rows"]}
+
+
+def test_rates_are_counted_over_all_garments_at_the_largest_size(tmp_path, inputs):
+    ablation_report(inputs, tmp_path, AblationReportConfig())
+    assert [finding.name for finding in check_ablation_report(tmp_path) if not finding.passed] == []
+    base = rows(tmp_path)["base"]
+    assert (base["accepted_count"], base["candidate_count"]) == (6, 20)
+    assert (base["success_count"], base["trial_count"]) == (3, 10)
+    assert base["accepted_and_successful_count"] == 4
+    assert base["success_rate_ci95"] == pytest.approx([0.1078, 0.6032], abs=1e-4)
+
+
+def test_where_a_variant_changes_nothing_the_base_counts_are_its_counts(tmp_path, inputs):
+    ablation_report(inputs, tmp_path, AblationReportConfig())
+    table = rows(tmp_path)
+    assert list(table) == ["base", "minimum_jerk", "other_network"]
+    assert table["other_network"]["candidate_count"] == 20
+    assert table["other_network"]["own_stages"] == ["policy"]
+    assert table["minimum_jerk"]["accepted_count"] == 2
+
+
+def test_page_states_counts_and_the_papers_table(tmp_path, inputs):
+    ablation_report(inputs, tmp_path, AblationReportConfig())
+    page = (tmp_path / "report.html").read_text()
+    for words in ("6 of 20", "2 of 20", "0 of 10", "minimum_jerk", "scripted expert", "deformation-stable solver"):
+        assert words in page
+
+
+def test_base_alone_compares_nothing_and_says_so(tmp_path, inputs):
+    base = {name: inputs[name] for name in ("valid_trajectories", "policy")}
+    ablation_report(base, tmp_path, AblationReportConfig())
+    assert "compares nothing" in (tmp_path / "report.html").read_text()
+
+
+def test_no_trials_are_no_rate(tmp_path, inputs):
+    empty = pd.DataFrame({"size": pd.Series(dtype=int), "success": pd.Series(dtype=bool)})
+    empty.to_parquet(inputs["policy"][""] / "evaluation.parquet")
+    ablation_report(inputs, tmp_path, AblationReportConfig())
+    assert rows(tmp_path)["base"]["success_rate"] is None
+    assert "not tried" in (tmp_path / "report.html").read_text()
+
+
+def test_a_damaged_table_is_named(tmp_path, inputs):
+    (inputs["minimum_jerk/policy"][""] / "evaluation.parquet").write_bytes(b"PAR1")
+    with pytest.raises(BadInput, match=r"mp/evaluation\.parquet"):
+        ablation_report(inputs, tmp_path, AblationReportConfig())
+
+
+def test_check_sees_a_rate_that_does_not_follow(tmp_path, inputs):
+    ablation_report(inputs, tmp_path, AblationReportConfig())
+    table = json.loads((tmp_path / "table.json").read_text())
+    table["rows"][1]["pass_rate"] = 0.9
+    (tmp_path / "table.json").write_text(json.dumps(table))
+    assert [f.name for f in check_ablation_report(tmp_path) if not f.passed] == ["rates_follow_from_counts"]

@@ -1,0 +1,111 @@
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+
+from sim1.policy.cost import paper_simulation, read_prices, read_timings, real_collection
+from sim1.policy.stage import CostReportConfig, check_cost_report, cost_report
+from sim1.stage import BadInput
+
+PRICES = Path(__file__).parents[2] / "data" / "environment" / "prices.yaml"
+
+
+@pytest.fixture
+def inputs(tmp_path):
+    folders = {}
+    for garment, accepted in (("towel", [True, True, False]), ("tshirt", [True, True, True])):
+        folders[garment] = tmp_path / garment
+        folders[garment].mkdir()
+        table = pd.DataFrame({"accepted": accepted, "success": True, "reason": ""})
+        table.to_parquet(folders[garment] / "decisions.parquet")
+    return {"valid_trajectories": folders, "prices": {"": PRICES}}
+
+
+@pytest.fixture
+def timings(tmp_path):
+    path = tmp_path / "timings.json"
+    content = {
+        "scan": {"towel": 1.0, "tshirt": 1.0},
+        "candidate_trajectories": {"towel": 60.0, "tshirt": 100.0},
+        "valid_trajectories": {"towel": 5.0, "tshirt": 5.0},
+        "rendered_episodes": {"towel": 100.0, "tshirt": 120.0},
+        "dataset": {"": 10.0},
+    }
+    path.write_text(json.dumps(content))
+    return path
+
+
+def test_the_papers_figures_follow_from_its_prices():
+    prices = read_prices(PRICES)
+    real, server = real_collection(prices), paper_simulation(prices)
+    assert real.usd_per_day == pytest.approx(282, abs=0.5)
+    assert real.usd_per_trajectory == pytest.approx(2.71, abs=0.005)
+    assert server.usd_per_day == pytest.approx(71, abs=0.5)
+    assert server.trajectories_per_day == pytest.approx(710, abs=2)
+    assert server.usd_per_trajectory == pytest.approx(0.10, abs=0.001)
+    assert real.usd_per_trajectory / server.usd_per_trajectory == pytest.approx(27, abs=0.5)
+    assert server.trajectories_per_day / real.trajectories_per_day == pytest.approx(6.8, abs=0.05)
+
+
+def test_measured_seconds_become_trajectories_a_day(tmp_path, inputs, timings):
+    facts = cost_report({**inputs, "timings": {"": timings}}, tmp_path, CostReportConfig())
+    assert [finding.name for finding in check_cost_report(tmp_path) if not finding.passed] == []
+    assert facts["accepted_count"] == 5
+    here = json.loads((tmp_path / "costs.json").read_text())["methods"][2]
+    assert here["measured"]
+    assert here["trajectories_per_day"] == pytest.approx(
+        86400 / (400 / 5)
+    )  # 400 s of the repeated stages, scan left out
+    price = yaml.safe_load(PRICES.read_text())["this_machine"]["usd_per_hour"]
+    assert here["usd_per_trajectory"] == pytest.approx(80 / 3600 * price)
+    assert "5 accepted trajectories" in (tmp_path / "report.html").read_text()
+
+
+def test_without_timings_this_machine_is_not_measured(tmp_path, inputs):
+    facts = cost_report(inputs, tmp_path, CostReportConfig())
+    assert [finding.name for finding in check_cost_report(tmp_path) if not finding.passed] == []
+    assert len(facts["methods"]) == 2
+    assert "not measured" in (tmp_path / "report.html").read_text()
+
+
+def test_a_stage_without_its_seconds_leaves_this_machine_unmeasured(tmp_path, inputs, timings):
+    content = json.loads(timings.read_text())
+    del content["rendered_episodes"]
+    timings.write_text(json.dumps(content))
+    facts = cost_report({**inputs, "timings": {"": timings}}, tmp_path, CostReportConfig())
+    assert len(facts["methods"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"schema": "sim1.prices/2"}, "expected 'sim1.prices/1'"),
+        ({"this_machine": {"description": "x", "usd_per_hour": -1.0}}, "this_machine.usd_per_hour is -1.0"),
+        ({"this_machine": {"description": "x", "usd_per_hour": "cheap"}}, "usd_per_hour"),
+        ({"coffee": 3}, "coffee"),
+    ],
+)
+def test_a_wrong_price_file_is_named(tmp_path, change, message):
+    path = tmp_path / "prices.yaml"
+    path.write_text(yaml.safe_dump({**yaml.safe_load(PRICES.read_text()), **change}))
+    with pytest.raises(BadInput, match=message) as error:
+        read_prices(path)
+    assert str(path) in str(error.value)
+
+
+@pytest.mark.parametrize("text", ["[]", "{", '{"scan": {"towel": "long"}}', '{"scan": {"towel": -1}}', '{"scan": 3}'])
+def test_wrong_timings_are_named(tmp_path, text):
+    path = tmp_path / "timings.json"
+    path.write_text(text)
+    with pytest.raises(BadInput, match=r"timings\.json"):
+        read_timings(path)
+
+
+def test_check_sees_a_unit_cost_that_does_not_follow(tmp_path, inputs):
+    cost_report(inputs, tmp_path, CostReportConfig())
+    costs = json.loads((tmp_path / "costs.json").read_text())
+    costs["methods"][0]["usd_per_trajectory"] *= 2
+    (tmp_path / "costs.json").write_text(json.dumps(costs))
+    assert [f.name for f in check_cost_report(tmp_path) if not f.passed] == ["unit_cost_follows_from_day"]

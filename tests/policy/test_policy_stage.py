@@ -1,0 +1,212 @@
+"""The stages on made-up tables; the simulated cell is replaced by one that cannot fail."""
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import sim1.policy.trials
+from sim1.cloth.cell import SimulationBroke
+from sim1.policy.model import load_policy, save_policy
+from sim1.policy.rollout import Driving, Start, observe, roll_out
+from sim1.policy.stage import (
+    PolicyConfig,
+    ScalingReportConfig,
+    check_policy,
+    check_scaling_report,
+    policy,
+    scaling_report,
+)
+from sim1.policy.training import TrainingPlan, train
+from sim1.policy.trials import BROKEN, Bench
+from sim1.progress import listening
+from sim1.stage import BadInput
+
+VERTICES = 12
+CONFIG = PolicyConfig(
+    sizes=(2, 4, 99), seeds=(0, 1), steps=60, batch=32, width=32, depth=2, chunk_s=0.5, replan_s=0.2, trial_count=2
+)
+
+
+@dataclass
+class ObedientCell:
+    """Arms are where they are told to be, the garment stays; it may break at a frame."""
+
+    breaks_at: int | None = None
+    frame: int = 0
+    commands: list = field(default_factory=list)
+
+    def reset(self, garment_m, joints_rad, openness):
+        self.garment_m, self.joints_rad, self.openness, self.frame = garment_m, joints_rad, openness, 0
+
+    def step(self, joints_rad, openness):
+        self.joints_rad, self.openness = np.array(joints_rad), np.array(openness)
+        self.commands.append(np.concatenate([joints_rad, openness[:, None]], axis=1).ravel())
+        self.frame += 1
+        if self.frame == self.breaks_at:
+            raise SimulationBroke(self.frame, 0, np.full(3, np.nan))
+
+
+def start() -> Start:
+    garment = np.random.default_rng(0).uniform(-0.1, 0.1, (VERTICES, 3))
+    return Start(garment_m=garment, joints_rad=np.zeros((2, 6)), openness=np.ones(2))
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    """A garment that nobody ever folds."""
+
+    def judge(history):
+        return False, "not_folded", {"frames": len(history)}
+
+    bench = Bench(cell=ObedientCell(), start=start(), judge=judge)
+    monkeypatch.setattr(sim1.policy.trials, "open_bench", lambda *_: bench)
+    return bench
+
+
+@pytest.fixture
+def artifact(tmp_path, dataset, bench):
+    out = tmp_path / "policy"
+    out.mkdir()
+    facts = policy({"dataset": {"": dataset.path}}, out, CONFIG)
+    return out, facts
+
+
+def failed(findings):
+    return [finding.name for finding in findings if not finding.passed and finding.blocking]
+
+
+def test_every_model_and_every_trial_is_there(artifact):
+    out, facts = artifact
+    assert failed(check_policy(out)) == []
+    about = json.loads((out / "policy.json").read_text())
+    assert about["sizes"] == [2, 4, 6]  # 10 trajectories, 2 of each garment held out
+    assert facts["model_count"] == 6
+    trials = pd.read_parquet(out / "evaluation.parquet")
+    assert len(trials) == 2 * 2 * 2  # garments, sizes, trials; one seed drives
+    assert set(trials["size"]) == {2, 6}
+    assert not trials["success"].any()
+    assert set(trials["failure"]) == {"not_folded"}
+
+
+def test_placements_are_within_limits_and_the_same_for_every_model(artifact):
+    trials = pd.read_parquet(artifact[0] / "evaluation.parquet")
+    assert np.hypot(trials["shift_x_m"], trials["shift_y_m"]).max() <= 0.05
+    assert trials["turn_rad"].abs().max() <= np.radians(15)
+    for _, same in trials.groupby(["garment", "trial"]):
+        assert same["turn_rad"].nunique() == 1
+    assert trials["turn_rad"].nunique() == 4
+
+
+def test_held_out_trajectories_never_train(artifact, dataset):
+    about = json.loads((artifact[0] / "policy.json").read_text())
+    tested = pd.read_parquet(artifact[0] / "open_loop.parquet")
+    trained = set(about["training_sets"][str(max(about["sizes"]))])
+    assert trained.isdisjoint({f"{row.garment}/{row.trajectory}" for row in tested.itertuples()})
+    assert {row["split"] for row in about["splits"]} == {"source"}
+
+
+def test_same_config_same_bytes(tmp_path, dataset, bench, artifact):
+    again = tmp_path / "again"
+    again.mkdir()
+    policy({"dataset": {"": dataset.path}}, again, CONFIG)
+    for path in sorted(artifact[0].rglob("*")):
+        if path.is_file():
+            twin = again / path.relative_to(artifact[0])
+            assert hashlib.sha256(path.read_bytes()).digest() == hashlib.sha256(twin.read_bytes()).digest(), path.name
+
+
+def test_progress_rises_from_nothing_to_all(tmp_path, dataset, bench):
+    seen = []
+    (tmp_path / "p").mkdir()
+    with listening(lambda done, total, what: seen.append(done / total)):
+        policy({"dataset": {"": dataset.path}}, tmp_path / "p", CONFIG)
+    assert seen == sorted(seen)
+    assert (seen[0], seen[-1]) == (0.0, 1.0)
+
+
+def test_a_simulation_that_breaks_is_a_failure_with_its_own_class(tmp_path, dataset, monkeypatch):
+    bench = Bench(cell=ObedientCell(breaks_at=5), start=start(), judge=lambda history: (True, None, {}))
+    monkeypatch.setattr(sim1.policy.trials, "open_bench", lambda *_: bench)
+    (tmp_path / "p").mkdir()
+    policy({"dataset": {"": dataset.path}}, tmp_path / "p", CONFIG)
+    trials = pd.read_parquet(tmp_path / "p" / "evaluation.parquet")
+    assert set(trials["failure"]) == {BROKEN}
+    assert not trials["success"].any()
+    assert trials["simulated_s"].max() == pytest.approx(5 / 30)
+
+
+def test_checks_see_a_lost_trial_a_lost_model_and_weights_that_are_no_numbers(artifact):
+    out, _ = artifact
+    trials = pd.read_parquet(out / "evaluation.parquet")
+    trials.iloc[1:].to_parquet(out / "evaluation.parquet")
+    assert failed(check_policy(out)) == ["every_trial_accounted_for"]
+    trials.to_parquet(out / "evaluation.parquet")
+    model = load_policy(out / "policies" / "2_0.safetensors")
+    model.body[0].weight.data[0, 0] = float("nan")
+    save_policy(out / "policies" / "2_0.safetensors", model)
+    assert failed(check_policy(out)) == ["weights_finite"]
+    (out / "policies" / "2_0.safetensors").unlink()
+    assert "every_model_saved" in failed(check_policy(out))
+
+
+def test_an_unknown_garment_to_evaluate_is_refused(tmp_path, dataset):
+    config = PolicyConfig(evaluate_garments=("sock",), steps=1, sizes=(1,))
+    with pytest.raises(BadInput, match="'sock'"):
+        policy({"dataset": {"": dataset.path}}, tmp_path, config)
+
+
+def test_a_garment_without_its_cell_is_named(tmp_path, dataset):
+    with pytest.raises(BadInput, match=r"'garment_mesh'.*'towel'"):
+        sim1.policy.trials.open_bench({"dataset": {"": dataset.path}}, "towel", CONFIG.cell)
+
+
+class FollowingCell(ObedientCell):
+    """Its garment moves with the left arm, as in the made-up demonstrations."""
+
+    def __init__(self, reach_rad: float) -> None:
+        super().__init__()
+        self.reach_rad = reach_rad
+
+    def reset(self, garment_m, joints_rad, openness):
+        super().reset(garment_m, joints_rad, openness)
+        self.lying_m = garment_m
+
+    def step(self, joints_rad, openness):
+        super().step(joints_rad, openness)
+        self.garment_m = self.lying_m + 0.1 * self.joints_rad[0, 0] / self.reach_rad
+
+
+def test_a_policy_drives_the_arms_where_its_demonstration_went(trajectories):
+    plan = TrainingPlan(steps=600, batch=40, learning_rate=2e-3, input_noise=0.05, chunk_frames=6, width=64, depth=2)
+    demonstration = trajectories[0]
+    model = train([demonstration], ["tshirt"], plan, seed=0)
+    first, goal = demonstration.state[0].reshape(2, 7), demonstration.action[-1]
+    garment = demonstration.keypoints[0].reshape(-1, 3).astype(float)
+    begin = Start(garment_m=garment, joints_rad=first[:, :6], openness=first[:, 6])
+    cell = FollowingCell(reach_rad=float(goal[0]))
+    driving = Driving(rate_hz=10, replan_frames=2, decay=0.5)
+    history = roll_out(cell, begin, model, "tshirt", np.arange(VERTICES), driving, duration_s=6.0)
+    assert len(history) == 181  # 6 s at the cell's 30 Hz, and the start
+    assert np.abs(observe(cell, np.arange(VERTICES))[:14] - goal).max() < 0.1
+    jumps = np.abs(np.diff(np.stack(cell.commands), axis=0)).max()
+    pace = np.abs(np.diff(demonstration.action, axis=0)).max()  # per policy frame, three cell frames
+    assert jumps < pace  # the cell is led through each policy frame, not thrown
+
+
+def test_scaling_report_states_its_counts_and_stands_alone(tmp_path, artifact):
+    out = tmp_path / "scaling"
+    out.mkdir()
+    facts = scaling_report({"policy": {"": artifact[0]}}, out, ScalingReportConfig())
+    assert failed(check_scaling_report(out)) == []
+    assert facts["trial_count"] == 8
+    page = (out / "report.html").read_text()
+    assert "0 of 4 = 0 % (95 % interval 0 to 49 %)" in page
+    assert "scripted expert" in page
+    assert "Not computed" in page
+    page = page.replace("0 of 4", "4 of 4")
+    (out / "report.html").write_text(page + '<img src="https://example.org/x.png">')
+    assert failed(check_scaling_report(out)) == ["page_states_its_counts", "page_stands_alone"]
