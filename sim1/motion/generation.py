@@ -1,0 +1,166 @@
+"""The work of stage candidate_trajectories: attempts one after the other, each from its own random stream."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import torch
+
+from sim1.cloth.cell import Cell, SimulationBroke
+from sim1.cloth.garment import read_garment_mesh
+from sim1.cloth.physics import read_physics
+from sim1.episode import Episode, episode_folders, read_episode, write_episode
+from sim1.motion.assembly import Attempt, Source, Variation, attempt
+from sim1.motion.commands import Arms
+from sim1.motion.model import read_model
+from sim1.motion.pictures import draw_attempts
+from sim1.motion.pool import read_pool
+from sim1.progress import track
+from sim1.scene.description import read_scene
+from sim1.stage import BadInput, Facts, Inputs, only, random_stream
+from sim1.validity.clips import head_clip, write_clip
+from sim1.validity.success import judge, read_task
+
+if TYPE_CHECKING:
+    from sim1.motion.stage import CandidateTrajectoriesConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Judged:
+    """An attempt with its verdict."""
+
+    number: int
+    perturbed: bool
+    attempt: Attempt
+    success: bool
+    failure: str | None
+    figures: dict[str, float]
+
+    def row(self) -> dict[str, Any]:
+        ran = self.attempt.episode
+        return {
+            "attempt": self.number,
+            "episode": f"{self.number:04d}",
+            "perturbed": self.perturbed,
+            "ran": ran is not None,
+            "success": self.success,
+            "failure": self.failure,
+            "detail": self.attempt.detail,
+            "frame_count": ran.frame_count if ran else 0,
+            "speed_share": self.attempt.speed_share,
+            "segments": [source["segment"] for source in self.attempt.sources],
+            "demos": [source["demo"] for source in self.attempt.sources],
+            "placement": self.attempt.placement.ravel().tolist(),
+            **{f"figure.{name}": value for name, value in sorted(self.figures.items())},
+        }
+
+
+def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, out: Path) -> Facts:
+    """Make, run, judge and write all attempts of one garment."""
+    torch.set_num_threads(1)
+    mesh = read_garment_mesh(only(inputs, "garment_mesh"))
+    scene = read_scene(only(inputs, "scene"))
+    demos = only(inputs, "seed_demos")
+    task = read_task(demos / "task.json")
+    pool, model = read_pool(only(inputs, "segment_pool")), read_model(only(inputs, "motion_model"))
+    source, arms = read_source(demos), Arms.of_scene(scene)
+    cell = Cell(mesh, scene, read_physics(only(inputs, "calibrated_physics") / "model.yaml"), config.cell)
+    rows, ends = [], []
+    for number in track(range(config.candidate_count + config.perturbed_count), "candidates"):
+        perturbed = number >= config.candidate_count
+        variation = Variation(
+            radius_m=config.radius_m,
+            angle_rad=float(np.radians(config.angle_deg)),
+            grasp_offset_m=config.perturbation_m if perturbed else 0.0,
+            settle_s=config.settle_s,
+        )
+        stream = random_stream(config.seed, garment, "candidate", number)
+        made = attempt(pool, source, model, arms, cell, variation, stream, SimulationBroke)
+        verdict = _judged(number, perturbed, made, mesh.faces, task)
+        rows.append(verdict.row())
+        ends.append(made.episode.garment_m[-1] if made.episode else None)
+        if made.episode:
+            folder = out / "episodes" / f"{number:04d}"
+            write_episode(folder, _with_record(made.episode, verdict, garment, config.seed, model.method))
+            clip = head_clip(
+                made.episode.garment_m, mesh.faces, scene,
+                rate_hz=config.video_rate_hz, width=config.video_width, height=config.video_height,
+            )  # fmt: skip
+            write_clip(folder, clip)
+    pd.DataFrame(rows).to_parquet(out / "attempts.parquet", index=False)
+    draw_attempts(out / "attempts.png", rows, ends, source.start_m)
+    return _facts(rows)
+
+
+def read_source(demos: Path) -> Source:
+    """What `attempt` needs of the demonstrations.
+
+    Raises:
+        BadInput: a file is missing or damaged.
+    """
+    path = demos / "start.npz"
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            start = data["garment_m"].astype(float)
+    except (OSError, KeyError, ValueError) as error:
+        raise BadInput(f"{path}: not a readable start ({error}); make seed_demos again") from error
+    episodes = {folder.name: read_episode(folder) for folder in episode_folders(demos)}
+    if not episodes:
+        raise BadInput(f"{demos}/episodes: no demonstration; make seed_demos again")
+    first = next(iter(episodes.values()))
+    return Source(
+        start_m=start,
+        garment_m={name: episode.garment_m for name, episode in episodes.items()},
+        home_rad=first.joints_rad[0],
+        home_openness=first.openness[0],
+    )
+
+
+def _judged(number: int, perturbed: bool, made: Attempt, faces: np.ndarray, task: Any) -> _Judged:
+    success, failure, figures = False, made.failure, {}
+    if made.failure is None and made.episode is not None:
+        judgement = judge(made.episode.garment_m, faces, task)
+        success, failure, figures = judgement.success, judgement.failure, dict(judgement.figures)
+    return _Judged(
+        number=number, perturbed=perturbed, attempt=made, success=bool(success), failure=failure, figures=figures
+    )
+
+
+def _with_record(episode: Episode, verdict: _Judged, garment: str, seed: int, method: str) -> Episode:
+    about = {
+        "garment": garment,
+        "kind": "candidate",
+        "seed": seed,
+        "attempt": verdict.number,
+        "method": method,
+        "perturbed": verdict.perturbed,
+        "sources": verdict.attempt.sources,
+        "placement": verdict.attempt.placement.tolist(),
+        "success": verdict.success,
+        "failure": verdict.failure,
+        "figures": {name: float(value) for name, value in sorted(verdict.figures.items())},
+    }
+    return dataclasses.replace(episode, about=about)
+
+
+def _facts(rows: list[dict[str, Any]]) -> Facts:
+    meant = [row for row in rows if not row["perturbed"]]
+    failures: dict[str, int] = {}
+    for row in rows:
+        if row["failure"]:
+            failures[row["failure"]] = failures.get(row["failure"], 0) + 1
+    return {
+        "attempt_count": len(rows),
+        "success_count": sum(row["success"] for row in meant),
+        "of_unperturbed": len(meant),
+        "perturbed_count": len(rows) - len(meant),
+        "perturbed_success_count": sum(row["success"] for row in rows if row["perturbed"]),
+        "negative_examples": sum(not row["success"] for row in rows if row["ran"])
+        or "none: the filters see no failure",
+        "failures": [{"class": name, "count": count} for name, count in sorted(failures.items())],
+    }

@@ -1,0 +1,143 @@
+"""The trained motion model as files, and transitions drawn from it."""
+
+import json
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import safetensors.torch
+import torch
+
+from sim1.motion.durations import DurationModel
+from sim1.motion.interpolant import interpolate, slerp
+from sim1.motion.network import MotionTransformer, inner_mask, signal_and_noise
+from sim1.motion.poses import ToolPath, joined, to_tokens
+from sim1.motion.residual import assemble, to_modes
+from sim1.stage import BadInput
+
+SCHEMA = "sim1.motion-model/1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionModel:
+    """How transitions are made; `network` is None where the method needs none."""
+
+    method: str  # diffusion, minimum_jerk or slicing
+    durations: DurationModel
+    network: MotionTransformer | None
+    scale: np.ndarray  # (20,) size of the residual
+    width: int
+    layer_count: int
+    token_count: int
+    mode_count: int
+    sampling_steps: int
+
+
+def sample_modes(model: MotionModel, base: np.ndarray, history: np.ndarray, steps: int, rng: np.random.Generator) -> np.ndarray:  # fmt: skip
+    """Residual modes (mode_count, 20) by deterministic DDIM from random noise.
+
+    Args:
+        model: with a network.
+        base: (token_count, 20) interpolant.
+        history: (HISTORY_COUNT, 20)
+        steps: duration in frame steps.
+        rng: gives the noise.
+    """
+    assert model.network is not None
+    context = [torch.as_tensor(part, dtype=torch.float32)[None] for part in (base, history)]
+    length = torch.tensor([float(steps)])
+    inner = inner_mask(model.token_count)
+    state = torch.as_tensor(rng.standard_normal((1, *base.shape)), dtype=torch.float32) * inner
+    levels = np.linspace(1, 0, model.sampling_steps + 1)
+    with torch.no_grad():
+        for now, after in pairwise(levels.tolist()):
+            level = torch.full((1, model.token_count), float(now)) * inner[:, 0]
+            clean = model.network(state, level, *context, length)
+            signal, spread = signal_and_noise(torch.tensor(float(now)))
+            next_signal, next_spread = signal_and_noise(torch.tensor(float(after)))
+            direction = (state - signal * clean) / spread
+            state = (next_signal * clean + next_spread * direction) * inner
+    return to_modes(state[0].double().numpy() * model.scale, model.mode_count)
+
+
+def transition(
+    model: MotionModel, history: ToolPath, end: ToolPath, end_velocity: np.ndarray, steps: int, rng: np.random.Generator
+) -> ToolPath:
+    """Frames from the last pose of `history` to `end`, both included and exact: steps + 1 of them.
+
+    Args:
+        model: of method `diffusion` or `minimum_jerk`.
+        history: (HISTORY_COUNT) frames, the last one is the start pose.
+        end: one frame.
+        end_velocity: (2, 3) of the tools when they arrive [m per frame step].
+        steps: duration in frame steps, from `model.durations`.
+        rng: gives the noise.
+    """
+    start = history[-1:]
+    start_rate = (history.position_m[-1] - history.position_m[-2]) * steps
+    end_rate = end_velocity * steps
+    if model.method == "minimum_jerk":
+        return interpolate(start, end, np.linspace(0, 1, steps + 1), start_rate, end_rate)
+    base = interpolate(start, end, np.linspace(0, 1, model.token_count), start_rate, end_rate)
+    modes = sample_modes(model, to_tokens(base), to_tokens(history), steps, rng)
+    return assemble(start, end, start_rate, end_rate, modes, steps + 1)
+
+
+def sliced(source: ToolPath, placement: np.ndarray, start: ToolPath, bridge_steps: int = 5) -> ToolPath:
+    """The source's own transition moved with the garment, reached on a straight line as in MimicGen.
+
+    Args:
+        source: the demonstrated transition before the next interaction.
+        placement: (4, 4) motion of the garment since that demonstration.
+        start: one frame, where the tools are.
+        bridge_steps: frame steps of the straight line (MimicGen's default is 5).
+    """
+    moved = source.moved(placement)
+    share = np.linspace(0, 1, bridge_steps + 1)
+    bridge = ToolPath(
+        position_m=start.position_m + share[:, None, None] * (moved.position_m[:1] - start.position_m),
+        rotation=np.stack([slerp(start.rotation[0, arm], moved.rotation[0, arm], share) for arm in range(2)], axis=1),
+        openness=start.openness + share[:, None] * (moved.openness[:1] - start.openness),
+    )
+    return joined(bridge, moved[1:])
+
+
+def write_model(folder: Path, model: MotionModel) -> None:
+    """Write `model.json`, and `model.safetensors` (empty without a network)."""
+    weights = model.network.state_dict() if model.network is not None else {"none": torch.zeros(1)}
+    safetensors.torch.save_file(
+        {name: value.contiguous() for name, value in weights.items()}, folder / "model.safetensors"
+    )
+    about = {
+        "schema": SCHEMA, "method": model.method, "durations": asdict(model.durations), "scale": model.scale.tolist(),
+        **{name: getattr(model, name) for name in _SIZES},
+    }  # fmt: skip
+    (folder / "model.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
+
+
+_SIZES = ("width", "layer_count", "token_count", "mode_count", "sampling_steps")
+
+
+def read_model(folder: Path) -> MotionModel:
+    """Read what `write_model` wrote.
+
+    Raises:
+        BadInput: a file is missing, damaged, or of another schema.
+    """
+    try:
+        about = json.loads((folder / "model.json").read_text())
+        if about.get("schema") != SCHEMA:
+            raise ValueError(f"schema is {about.get('schema')!r}, expected {SCHEMA!r}")
+        network = None
+        if about["method"] == "diffusion":
+            network = MotionTransformer(about["width"], about["layer_count"], about["token_count"])
+            network.load_state_dict(safetensors.torch.load_file(folder / "model.safetensors"))
+            network.eval()
+        durations = DurationModel(**about["durations"])
+    except (OSError, ValueError, KeyError, RuntimeError, TypeError, safetensors.SafetensorError) as error:
+        raise BadInput(f"{folder}: not a readable motion model ({error}); make motion_model again") from error
+    return MotionModel(
+        method=about["method"], durations=durations, network=network, scale=np.array(about["scale"]),
+        **{name: about[name] for name in _SIZES},
+    )  # fmt: skip

@@ -1,0 +1,168 @@
+"""Stages of the motion room: segment_pool, motion_model, candidate_trajectories."""
+
+import json
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from sim1.cloth.world import CellConfig
+from sim1.stage import BadInput, Facts, Finding, Inputs, garment_of, only, stage_config
+
+
+@stage_config
+class SegmentPoolConfig:
+    """How demonstrations are cut."""
+
+    change_rate_per_s: float = Field(0.25, gt=0)  # openness per second: slower drift is sensor noise, not a grasp
+    hold_below: float = Field(0.35, gt=0, le=1)  # openness of a gripper that can hold cloth
+    release_above: float = Field(0.45, gt=0, le=1)  # wider than hold_below, so that a grasp does not flicker
+    contact_m: float = Field(0.02, gt=0)  # finger tips to nearest vertex, about a simulation edge length
+    margin_s: float = Field(0.2, ge=0)  # last approach and first retreat, which depend on the cloth
+    minimum_s: float = Field(0.3, ge=0)  # shorter segments belong to their neighbours
+
+
+@stage_config
+class MotionModelConfig:
+    """The generator of transitions."""
+
+    seed: int = 0  # initial weights, examples, noise
+    method: Literal["diffusion", "minimum_jerk", "slicing"] = "diffusion"  # the others are baselines
+    width: int = Field(64, ge=16, multiple_of=4)  # of the transformer
+    layer_count: int = Field(3, ge=1)
+    token_count: int = Field(32, ge=8)  # even phases of a transition
+    mode_count: int = Field(10, ge=1)  # sines kept of a sampled residual: about 2.5 Hz over a two-second transition
+    bank_count: int = Field(600, ge=32)  # random variations of the demonstrated transitions
+    step_count: int = Field(500, ge=1)  # optimizer steps, about 15 ms each on one core
+    batch_size: int = Field(32, ge=2)
+    learning_rate: float = Field(2e-3, gt=0)
+    sampling_steps: int = Field(16, ge=2)  # of DDIM
+
+
+@stage_config
+class CandidateTrajectoriesConfig:
+    """Algorithm 1: how many attempts, and how much they vary."""
+
+    seed: int = 0  # attempt i draws from its own stream of (seed, garment, i)
+    candidate_count: int = Field(4, ge=1)  # attempts meant to succeed
+    perturbed_count: int = Field(1, ge=0)  # attempts with displaced grasps, for the filters to see failures
+    perturbation_m: float = Field(0.04, gt=0)  # a displaced grasp misses or takes hold of the wrong place
+    radius_m: float = Field(0.05, ge=0)  # garment placement: translation within this disc
+    angle_deg: float = Field(15.0, ge=0)  # garment placement: rotation up to this
+    settle_s: float = Field(0.5, ge=0)  # rest at the end, so that the judged state is at rest
+    video_width: int = Field(64, ge=16)  # px, cheap head view
+    video_height: int = Field(48, ge=16)  # px
+    video_rate_hz: float = Field(10.0, gt=0, le=30)
+    cell: CellConfig = CellConfig()  # numerics of the simulation, those of seed_demos
+
+
+def segment_pool(inputs: Inputs, out: Path, config: SegmentPoolConfig) -> Facts:
+    """Cut every demonstration into interacting and moving segments (paper, section DataGen)."""
+    from sim1.motion.cutting import cut_demos
+    from sim1.motion.pool import write_pool
+
+    segments = cut_demos(only(inputs, "seed_demos"), only(inputs, "scene"), garment_of(inputs), config, out)
+    write_pool(out, segments)
+    kinds = [part.kind for part in segments]
+    return {
+        "demonstration_count": len({part.demo for part in segments}),
+        "interacting_count": kinds.count("interacting"),
+        "moving_count": kinds.count("moving"),
+    }
+
+
+def check_segment_pool(artifact: Path) -> list[Finding]:
+    """Segments cover every frame once, alternate, and hold a grasp where the arm interacts."""
+    from sim1.motion.cutting import pool_findings
+
+    return pool_findings(artifact)
+
+
+def motion_model(inputs: Inputs, out: Path, config: MotionModelConfig) -> Facts:
+    """Fit durations and train the diffusion-forcing transformer on the demonstrated transitions."""
+    from sim1.motion.fitting import fit_model
+
+    return fit_model(only(inputs, "segment_pool"), garment_of(inputs), config, out)
+
+
+def check_motion_model(artifact: Path) -> list[Finding]:
+    """The model reads, meets its boundary poses exactly, and explains more than the interpolant alone."""
+    from sim1.motion.model import read_model
+
+    read_model(artifact)
+    record = json.loads((artifact / "training.json").read_text())
+    findings = [
+        Finding(
+            name="boundary_poses_exact",
+            passed=record["boundary_error"] == 0,
+            detail=f"largest difference {record['boundary_error']:.1e} between sampled and given boundary poses, limit 0",
+        )
+    ]
+    if record["method"] == "diffusion":
+        ratio = record["loss_end"] / record["loss_trivial"]
+        findings.append(
+            Finding(
+                name="learned_something",
+                passed=ratio < 0.9,
+                detail=f"denoising error {ratio:.2f} of that of the interpolant alone on examples it trained on, limit 0.9",
+            )
+        )
+        findings.append(
+            Finding(
+                name="as_smooth_as_demonstrations",
+                passed=record["jerk_ratio"] < 5,
+                detail=f"median jerk of samples {record['jerk_ratio']:.2f} times the demonstrations', limit 5",
+                blocking=False,
+            )
+        )
+    return findings
+
+
+def candidate_trajectories(inputs: Inputs, out: Path, config: CandidateTrajectoriesConfig) -> Facts:
+    """Assemble, run and judge candidates; every attempt is recorded, whatever came of it (paper, Algorithm 1)."""
+    from sim1.motion.generation import generate
+
+    return generate(inputs, garment_of(inputs), config, out)
+
+
+def check_candidate_trajectories(artifact: Path) -> list[Finding]:
+    """Every attempt is accounted for, what ran can be read, and joints kept to their speed limits."""
+    import pandas as pd
+
+    from sim1.episode import episode_folders, read_episode
+
+    attempts = pd.read_parquet(artifact / "attempts.parquet")
+    unread = []
+    folders = {folder.name: folder for folder in episode_folders(artifact)}
+    for name in attempts.loc[attempts.ran, "episode"]:
+        try:
+            read_episode(folders[name])
+        except (BadInput, KeyError) as error:
+            unread.append(f"{name}: {error}")
+    unexplained = attempts[~attempts.success & attempts.failure.isna()]
+    fastest = float(attempts.loc[attempts.failure != "too_fast", "speed_share"].max())
+    successes = int(attempts.success.sum())
+    return [
+        Finding(
+            name="episodes_readable",
+            passed=not unread and len(folders) == int(attempts.ran.sum()),
+            detail="; ".join(unread)
+            or f"{len(folders)} episodes of {len(attempts)} attempts, {int(attempts.ran.sum())} ran",
+        ),
+        Finding(
+            name="failures_explained",
+            passed=unexplained.empty,
+            detail=f"{len(unexplained)} of {len(attempts)} attempts failed without a class, limit 0",
+        ),
+        Finding(
+            name="joint_speeds",
+            passed=not fastest > 1,
+            detail=f"fastest commanded joint {fastest:.2f} times its limit, limit 1",
+        ),
+        Finding(
+            name="some_success",
+            passed=successes > 0,
+            detail=f"{successes} of {len(attempts)} attempts succeeded, expected at least 1",
+            blocking=False,
+        ),
+    ]

@@ -1,0 +1,135 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from sim1.motion.durations import DurationModel, fitted_durations
+from sim1.motion.interpolant import interpolate, minimum_jerk, slerp
+from sim1.motion.placement import fitted_placement, planar, random_placement
+from sim1.motion.poses import from_tokens, joined, rotation_from_6d, rotation_to_6d, to_tokens
+from sim1.motion.residual import assemble, residual_of, sine_modes, to_modes
+
+PHASE = np.linspace(0, 1, 101)
+
+
+@given(st.integers(0, 10_000))
+def test_six_numbers_bring_every_rotation_back(seed):
+    rotations = Rotation.random(5, rng=np.random.default_rng(seed)).as_matrix()
+    np.testing.assert_allclose(rotation_from_6d(rotation_to_6d(rotations)), rotations, atol=1e-12)
+
+
+def test_six_noisy_numbers_still_give_a_rotation():
+    six = np.random.default_rng(1).normal(size=(50, 6))
+    rotations = rotation_from_6d(six)
+    np.testing.assert_allclose(
+        rotations @ rotations.swapaxes(-1, -2), np.broadcast_to(np.eye(3), (50, 3, 3)), atol=1e-9
+    )
+    np.testing.assert_allclose(np.linalg.det(rotations), 1.0)
+
+
+def test_tokens_bring_a_path_back(pool):
+    path = pool[0].path
+    back = from_tokens(to_tokens(path))
+    np.testing.assert_allclose(back.matrices(), path.matrices(), atol=1e-12)
+    np.testing.assert_allclose(back.openness, path.openness)
+
+
+def test_mirroring_twice_changes_nothing_and_keeps_rotations_proper(pool):
+    path = pool[1].path
+    mirrored = path.mirrored()
+    np.testing.assert_allclose(np.linalg.det(mirrored.rotation), 1.0)
+    np.testing.assert_allclose(mirrored.position_m[:, 0, 1], -path.position_m[:, 1, 1])
+    np.testing.assert_allclose(mirrored.mirrored().matrices(), path.matrices(), atol=1e-12)
+
+
+def test_minimum_jerk_at_rest_is_the_formula_of_flash_and_hogan():
+    still = np.zeros(())
+    values = minimum_jerk(np.array(2.0), np.array(5.0), PHASE, still, still)
+    np.testing.assert_allclose(values, 2 + 3 * (10 * PHASE**3 - 15 * PHASE**4 + 6 * PHASE**5))
+
+
+def test_minimum_jerk_keeps_given_rates_and_has_no_acceleration_at_its_ends():
+    phase = np.linspace(0, 1, 100_001)
+    values = minimum_jerk(np.array(0.0), np.array(1.0), phase, np.array(0.7), np.array(-0.4))
+    step = phase[1]
+    assert (values[1] - values[0]) / step == pytest.approx(0.7, abs=1e-3)
+    assert (values[-1] - values[-2]) / step == pytest.approx(-0.4, abs=1e-3)
+    assert np.diff(values, 2)[[0, -1]] / step**2 == pytest.approx([0, 0], abs=5e-3)
+
+
+def test_slerp_turns_evenly():
+    start = Rotation.from_euler("xyz", [0.3, -0.2, 0.5]).as_matrix()
+    end = Rotation.from_euler("xyz", [-0.4, 0.8, 1.5]).as_matrix()
+    path = slerp(start, end, np.linspace(0, 1, 9))
+    turns = Rotation.from_matrix(path[:-1].swapaxes(-1, -2) @ path[1:]).magnitude()
+    np.testing.assert_allclose(turns, turns[0])
+    np.testing.assert_allclose(path[-1], end, atol=1e-12)
+
+
+def test_boundary_poses_are_met_to_the_last_bit(pool):
+    path = pool[0].path
+    modes = np.random.default_rng(0).normal(0, 0.05, (10, 20))
+    rate = np.random.default_rng(1).normal(size=(2, 2, 3))
+    made = assemble(path[:1], path[-1:], rate[0], rate[1], modes, 37)
+    for name in ("position_m", "rotation", "openness"):
+        assert (getattr(made, name)[0] == getattr(path, name)[0]).all()
+        assert (getattr(made, name)[-1] == getattr(path, name)[-1]).all()
+    assert (
+        np.abs(made.position_m - interpolate(path[:1], path[-1:], np.linspace(0, 1, 37), *rate).position_m).max() > 0.01
+    )
+
+
+def test_residual_and_interpolant_make_up_the_demonstration(pool):
+    path = pool[0].path
+    residual, _, start_rate, end_rate = residual_of(path, 32)
+    assert (residual[[0, -1]] == 0).all()
+    made = assemble(path[:1], path[-1:], start_rate, end_rate, to_modes(residual, 10), len(path))
+    assert np.abs(made.position_m - path.position_m).max() < 0.002
+
+
+def test_the_projection_keeps_modes_and_removes_shaking():
+    coefficients = np.random.default_rng(2).normal(size=(10, 3))
+    phase = np.linspace(0, 1, 32)
+    smooth = sine_modes(phase, 10) @ coefficients
+    shaking = sine_modes(phase, 25)[:, 20:] @ np.ones((5, 3))
+    np.testing.assert_allclose(to_modes(smooth + shaking, 10), coefficients, atol=1e-9)
+
+
+def test_a_garments_placement_is_recovered_from_its_vertices():
+    rng = np.random.default_rng(4)
+    before = np.concatenate([rng.uniform(-0.3, 0.3, (200, 2)), rng.uniform(0, 0.02, (200, 1))], axis=1)
+    motion = random_placement(rng, 0.05, 0.26, before.mean(axis=0))
+    now = before @ motion[:3, :3].T + motion[:3, 3]
+    np.testing.assert_allclose(fitted_placement(before, now, rng.uniform(0.1, 1, 200)), motion, atol=1e-9)
+
+
+def test_random_placements_stay_within_their_limits_and_turn_about_the_garment():
+    rng = np.random.default_rng(4)
+    centre = np.array([0.1, -0.05, 0.01])
+    shifts = []
+    for _ in range(300):
+        motion = random_placement(rng, 0.05, 0.2, centre)
+        shifts.append(np.linalg.norm(motion[:3, :3] @ centre + motion[:3, 3] - centre))
+        assert abs(np.arctan2(motion[1, 0], motion[0, 0])) <= 0.2
+    assert max(shifts) <= 0.05 + 1e-12
+    assert max(shifts) > 0.04
+
+
+def test_durations_are_recovered_from_exact_ones(pool):
+    truth = DurationModel(rest_s=0.4, s_per_m=2.0, s_per_rad=0.0, log_std=0.0)
+    home = pool[0].path[:1]
+    paths = []
+    for distance in (0.1, 0.2, 0.3, 0.5, 0.8):
+        end = home.moved(planar(np.array([distance, 0.0]), 0.0, np.zeros(3)))
+        paths.append(joined(*[home] * round(30 * truth.mean_s(home, end)), end))
+    fitted = fitted_durations(paths)
+    assert fitted.s_per_m == pytest.approx(2.0, rel=0.03)
+    assert fitted.rest_s == pytest.approx(0.4, abs=0.03)
+    assert fitted.log_std < 0.02
+
+
+def test_a_duration_has_at_least_five_steps(pool):
+    model = DurationModel(rest_s=0.01, s_per_m=0.0, s_per_rad=0.0, log_std=0.1)
+    here = pool[0].path[:1]
+    assert model.sample_steps(here, here, np.random.default_rng(0)) == 5
