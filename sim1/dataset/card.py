@@ -1,0 +1,134 @@
+"""The dataset's card: what is in it, where it comes from, and what in it stands in for reality."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+from jinja2 import Environment
+
+from sim1.dataset.pictures import write_frames_picture, write_motion_picture
+from sim1.dataset.stage import DatasetConfig
+from sim1.stage import Facts
+
+CARD = """\
+---
+license: {{ license }}
+task_categories:
+- robotics
+tags:
+- LeRobot
+- deformable
+- simulation
+configs:
+- config_name: default
+  data_files: lerobot/data/*/*.parquet
+---
+
+# Garment folding with two arms, simulated
+
+{{ total.episodes }} episodes, {{ total.frames }} frames at {{ info.fps }} Hz ({{ "%.1f"|format(total.minutes) }} minutes,
+{{ "%.1f"|format(total.size_mb) }} MB) of {{ table|length }} garment{{ "s" if table|length != 1 }}, in the
+[LeRobot](https://github.com/huggingface/lerobot) format {{ info.codebase_version }}. License: {{ license }}.
+
+![Frames of every garment from first to last](frames.png)
+
+| garment | task | trajectories | appearances each | episodes | frames | mean length (s) |
+| --- | --- | ---: | ---: | ---: | ---: | ---: |
+{% for row in table -%}
+| {{ row.garment }} | {{ row.task }} | {{ row.trajectories }} | {{ "%.1f"|format(row.episodes / row.trajectories) }} | {{ row.episodes }} | {{ row.frames }} | {{ "%.1f"|format(row.mean_s) }} |
+{% endfor %}
+## What stands in for reality
+
+None of the figures or pictures here were measured on a real robot.
+
+* **Pictures** are rendered with Blender Cycles. Table, light and the elevation of the head camera are drawn at random for every
+  episode; {{ looks.scanned }} of {{ total.episodes }} episodes show the garment's scanned texture, the others a made-up fabric.
+* **Garments and robot** move in a simulation. States are the simulated joint angles, actions the commands that led to them.
+* **Garment shapes** come from the scans that the pipeline was given. Those that the project ships are virtual: made by a model of
+  a depth camera, not by a scanner.
+* **Demonstrations** that the trajectories were grown from are those of a scripted expert, unless `about` in
+  `provenance.parquet` names a person's recording.
+
+## Columns
+
+| column | shape | meaning |
+| --- | --- | --- |
+{% for name, feature in features -%}
+| `{{ name }}` | {{ feature.shape|list }} | {{ meaning(name) }} |
+{% endfor %}
+`keypoints.json` names, for each garment, the mesh vertices in `observation.environment_state`: farthest-point sampling on the rest shape,
+starting with the vertex farthest from the mean.
+
+![Joint angles of state and action in the first episode of every garment](motion.png)
+
+## Provenance
+
+`provenance.parquet` has a row per episode: garment, trajectory, appearance, source demonstrations, seed, physics, scores of the
+filters, and everything that the trajectory's own file says (`about`, JSON). Episodes with the same garment and trajectory show the
+same motion in another appearance: keep them on the same side of a split.
+
+## Reading it
+
+```python
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
+dataset = LeRobotDataset("{{ name }}", root="lerobot", video_backend="pyav")
+print(dataset[0]["observation.state"], dataset[0]["task"])
+```
+"""
+
+MEANINGS = {
+    "observation.state": "joint angles (rad) and openness (0 closed, 1 open), left arm then right arm",
+    "action": "commanded counterpart of the state in the same frame",
+    "observation.environment_state": "positions of garment keypoints in the world frame (m), from the simulation",
+}
+
+
+def write_card(out: Path, provenance: pd.DataFrame, config: DatasetConfig, *, name: str) -> Facts:
+    """Write `README.md` and its pictures; returns the figures in it."""
+    info = json.loads((out / "lerobot" / "meta" / "info.json").read_text())
+    table = [
+        {
+            "garment": garment,
+            "task": rows["task"].iloc[0],
+            "trajectories": int(rows["trajectory"].nunique()),
+            "episodes": len(rows),
+            "frames": int(rows["frame_count"].sum()),
+            "mean_s": float(rows["frame_count"].mean() / info["fps"]),
+        }
+        for garment, rows in provenance.groupby("garment", sort=True)
+    ]
+    frames = int(provenance["frame_count"].sum())
+    files = [path for path in (out / "lerobot").rglob("*") if path.is_file()]
+    total = {
+        "episodes": len(provenance),
+        "frames": frames,
+        "minutes": frames / info["fps"] / 60.0,
+        "size_mb": sum(path.stat().st_size for path in files) / 1e6,
+    }
+    looks = {"scanned": int(sum(json.loads(look)["fabric"]["kind"] == "scanned" for look in provenance["look"]))}
+    write_frames_picture(out, provenance)
+    write_motion_picture(out, provenance)
+    features = [
+        (key, feature) for key, feature in info["features"].items() if key.startswith(("observation", "action"))
+    ]
+    text = Environment(autoescape=False, keep_trailing_newline=True).from_string(CARD)  # Markdown, not HTML
+    (out / "README.md").write_text(
+        text.render(
+            license=config.license,
+            total=total,
+            info=info,
+            table=table,
+            looks=looks,
+            features=features,
+            meaning=_meaning,
+            name=name,
+        )
+    )
+    return {"episodes": len(provenance), "frames": frames, "size_mb": round(total["size_mb"], 3), "garments": table}
+
+
+def _meaning(column: str) -> str:
+    if column.startswith("observation.images."):
+        return f"view of the {column.removeprefix('observation.images.')} camera, RGB, rendered"
+    return MEANINGS[column]

@@ -1,0 +1,83 @@
+"""Reads the artifacts of `rendered_episodes`: one clip per episode and appearance."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sim1.episode import Episode, episode_folders, read_episode
+from sim1.stage import BadInput
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderedClip:
+    """One episode of a garment in one appearance."""
+
+    garment: str
+    trajectory: str  # name of the episode's folder
+    appearance: int
+    folder: Path  # holds a folder per camera and appearance.json
+    about: dict[str, Any]  # appearance.json
+    rest_m: np.ndarray  # (v, 3) rest shape of the garment
+    episode: Path
+
+    @property
+    def rate_hz(self) -> float:
+        return self.about["rate_hz"]
+
+    @property
+    def stride(self) -> int:
+        """Episode frames per rendered frame."""
+        return self.about["stride"]
+
+    @property
+    def cameras(self) -> dict[str, dict[str, Any]]:
+        return self.about["cameras"]
+
+    def frames(self, camera: str) -> list[Path]:
+        return sorted((self.folder / camera).glob("*.png"))
+
+    def read_episode(self) -> Episode:
+        return read_episode(self.episode)
+
+
+def read_clips(artifact: Path, garment: str) -> list[RenderedClip]:
+    """Clips of one artifact, by episode, then appearance.
+
+    Raises:
+        BadInput: a file is missing or unreadable, or the number of frames is not what appearance.json says.
+    """
+    try:
+        with np.load(artifact / "garment.npz", allow_pickle=False) as data:
+            rest_m = data["rest_m"]
+    except (OSError, KeyError, ValueError) as error:
+        raise BadInput(f"{artifact}/garment.npz: not readable ({error}); render the episodes again") from error
+    clips = []
+    for episode in episode_folders(artifact):
+        for path in sorted(episode.glob("v*/appearance.json"), key=lambda path: int(path.parent.name[1:])):
+            try:
+                about = json.loads(path.read_text())
+                clip = RenderedClip(
+                    garment=garment,
+                    trajectory=episode.name,
+                    appearance=int(path.parent.name[1:]),
+                    folder=path.parent,
+                    about=about,
+                    rest_m=rest_m,
+                    episode=episode,
+                )
+                wrong = {
+                    name: len(clip.frames(name))
+                    for name in clip.cameras
+                    if len(clip.frames(name)) != about["frame_count"]
+                }
+            except (OSError, KeyError, ValueError) as error:
+                raise BadInput(f"{path}: not a readable appearance ({error}); render the episodes again") from error
+            if wrong:
+                raise BadInput(
+                    f"{path.parent}: frames per camera {wrong}, appearance.json says {about['frame_count']}; render again"
+                )
+            clips.append(clip)
+    return clips

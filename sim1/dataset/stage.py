@@ -1,0 +1,56 @@
+"""Stage `dataset`: every garment's rendered episodes as one LeRobot v3 dataset, with its card and its provenance."""
+
+from pathlib import Path
+from typing import Literal
+
+from sim1.stage import BadInput, Facts, Finding, Inputs, stage_config
+
+NAME = "sim1/folding"  # LeRobot wants an owner and a name; nothing is looked up under it
+
+
+@stage_config
+class DatasetConfig:
+    """How the dataset is written."""
+
+    keypoint_count: int = 12  # garment vertices in observation.environment_state; the same for every garment
+    codec: Literal["h264", "libsvtav1"] = "h264"  # h264 decodes everywhere; libsvtav1 (AV1) is smaller and slower
+    crf: int = 23  # constant rate factor of the video: lower is better and larger
+    keyframe_interval: int = 2  # frames; short, because training reads frames in random order
+    license: str = "unknown"  # SPDX name for the card; unknown until the owner of the data decides
+
+
+def dataset(inputs: Inputs, out: Path, config: DatasetConfig) -> Facts:
+    """Write `lerobot/`, `README.md`, `provenance.parquet`, `keypoints.json` and pictures.
+
+    Raises:
+        BadInput: nothing to write, or the garments were rendered at different rates, sizes or with different cameras.
+    """
+    from sim1.dataset.card import write_card
+    from sim1.dataset.sources import read_clips
+    from sim1.dataset.write import write_dataset
+
+    artifacts = inputs.get("rendered_episodes", {})
+    if not artifacts:
+        raise BadInput("dataset: no rendered episodes of any garment; make the stage rendered_episodes first")
+    clips = [clip for garment in sorted(artifacts) for clip in read_clips(artifacts[garment], garment)]
+    if not clips:
+        raise BadInput(
+            f"dataset: the rendered episodes of {', '.join(sorted(artifacts))} are empty; no trajectory was accepted"
+        )
+    provenance = write_dataset(clips, out, config, name=NAME)
+    return write_card(out, provenance, config, name=NAME)
+
+
+def check_dataset(artifact: Path) -> list[Finding]:
+    """Consistency of the LeRobot dataset, joint ranges, and pictures that belong to the states beside them."""
+    import numpy as np
+
+    from sim1.dataset.check import check_lerobot
+    from sim1.dataset.check_provenance import check_provenance
+
+    arm_lower, arm_upper = (
+        [-np.pi] * 6 + [0.0],
+        [np.pi] * 6 + [1.0],
+    )  # no joint of the arms turns further than half a turn
+    limits = (np.array(arm_lower * 2), np.array(arm_upper * 2))
+    return [*check_lerobot(artifact / "lerobot", limits=limits), *check_provenance(artifact)]

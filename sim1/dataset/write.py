@@ -1,0 +1,148 @@
+"""Writes clips with LeRobot's own writer, the same bytes every time."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from PIL import Image
+
+from sim1.dataset.keypoints import keypoint_indices
+from sim1.dataset.sources import RenderedClip
+from sim1.dataset.stage import DatasetConfig
+from sim1.episode import ARMS, JOINT_COUNT
+from sim1.progress import track
+from sim1.stage import BadInput
+
+STATE_NAMES = [
+    name for arm in ARMS for name in (*(f"{arm}_joint_{j + 1}_rad" for j in range(JOINT_COUNT)), f"{arm}_openness")
+]
+THUMBNAIL = (8, 6)  # pixels; enough to tell whether a frame belongs to a state, whatever the codec did to it
+
+
+def write_dataset(clips: list[RenderedClip], out: Path, config: DatasetConfig, *, name: str) -> pd.DataFrame:
+    """Write `lerobot/`, `keypoints.json` and `provenance.parquet` into `out`.
+
+    Returns:
+        The provenance: one row per episode of the dataset, in its order.
+
+    Raises:
+        BadInput: the clips do not fit together.
+    """
+    from lerobot.configs.video import RGBEncoderConfig
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
+    rate_hz = _one("rate_hz", {clip.rate_hz for clip in clips})
+    cameras = _one(
+        "cameras", {tuple((key, c["height"], c["width"]) for key, c in sorted(clip.cameras.items())) for clip in clips}
+    )
+    if rate_hz != int(rate_hz):
+        raise BadInput(f"rendered episodes: {rate_hz} Hz; LeRobot wants a whole number of frames per second")
+    keypoints = {clip.garment: keypoint_indices(clip.rest_m, config.keypoint_count) for clip in clips}
+    # Without B-frames a frame's time stamp is its place in the file, also after episodes were joined; one thread makes
+    # the encoder's decisions the same every time.
+    extra = {"bf": 0} if config.codec == "h264" else {}
+    encoder = RGBEncoderConfig(vcodec=config.codec, crf=config.crf, g=config.keyframe_interval, extra_options=extra)
+    writer = LeRobotDataset.create(
+        repo_id=name,
+        fps=int(rate_hz),
+        features=_features(cameras, config.keypoint_count),
+        root=out / "lerobot",
+        robot_type="arx_x5_dual",
+        video_backend="pyav",
+        rgb_encoder=encoder,
+        encoder_threads=1,
+    )
+    rows = []
+    for index, clip in enumerate(track(clips, "episodes")):
+        rows.append({"episode_index": index, **_add_episode(writer, clip, keypoints[clip.garment])})
+    writer.finalize()
+    shutil.rmtree(out / "lerobot" / "images", ignore_errors=True)  # staging folder of the encoder, empty by now
+    text = {garment: [int(index) for index in chosen] for garment, chosen in sorted(keypoints.items())}
+    (out / "keypoints.json").write_text(json.dumps(text, indent=1) + "\n")
+    provenance = pd.DataFrame(rows)
+    provenance.to_parquet(out / "provenance.parquet", index=False)
+    return provenance
+
+
+def thumbnail(image: np.ndarray) -> list[int]:
+    """A frame (h, w, 3) u8 reduced to a few block means, flattened."""
+    return np.asarray(Image.fromarray(image).resize(THUMBNAIL, Image.Resampling.BOX)).ravel().tolist()
+
+
+def _features(cameras: tuple[tuple[str, int, int], ...], keypoint_count: int) -> dict:
+    state = {"dtype": "float32", "shape": (len(STATE_NAMES),), "names": STATE_NAMES}
+    points = [f"garment_{index}_{axis}_m" for index in range(keypoint_count) for axis in "xyz"]
+    images = {
+        f"observation.images.{name}": {
+            "dtype": "video",
+            "shape": (height, width, 3),
+            "names": ["height", "width", "channels"],
+        }
+        for name, height, width in cameras
+    }
+    return {
+        "observation.state": state,
+        "action": dict(state),
+        "observation.environment_state": {"dtype": "float32", "shape": (len(points),), "names": points},
+        **images,
+    }
+
+
+def _add_episode(writer, clip: RenderedClip, keypoints: np.ndarray) -> dict:
+    """Append a clip; returns what is to be known about it."""
+    episode = clip.read_episode()
+    if episode.garment_m.shape[1] != len(clip.rest_m):
+        raise BadInput(
+            f"{clip.episode}: {episode.garment_m.shape[1]} garment vertices, its mesh has {len(clip.rest_m)}; render the episodes again"
+        )
+    kept = slice(None, None, clip.stride)
+    states, actions, points = episode.state()[kept], episode.action()[kept], episode.garment_m[kept][:, keypoints]
+    if len(states) != clip.about["frame_count"]:
+        raise BadInput(
+            f"{clip.folder}: {clip.about['frame_count']} frames for {len(states)} states; render the episodes again"
+        )
+    task = str(episode.about.get("task_text") or f"fold the {clip.garment}")
+    files = {camera: clip.frames(camera) for camera in sorted(clip.cameras)}
+    ends = {}
+    for frame in range(len(states)):
+        images = {camera: np.asarray(Image.open(paths[frame]).convert("RGB")) for camera, paths in files.items()}
+        if frame in (0, len(states) - 1):
+            ends["first" if frame == 0 else "last"] = thumbnail(images[min(images)])
+        writer.add_frame(
+            {
+                "observation.state": states[frame],
+                "action": actions[frame],
+                "observation.environment_state": points[frame].astype(np.float32).ravel(),
+                **{f"observation.images.{camera}": image for camera, image in images.items()},
+                "task": task,
+            }
+        )
+    writer.save_episode()
+    about = episode.about
+    return {
+        "garment": clip.garment,
+        "trajectory": clip.trajectory,
+        "appearance": clip.appearance,
+        "sources": [str(source) for source in about.get("sources", [])],
+        "task": task,
+        "frame_count": len(states),
+        "seed": json.dumps(about.get("seed")),
+        "physics": json.dumps(about.get("physics"), sort_keys=True),
+        "scores": json.dumps(about.get("scores"), sort_keys=True),
+        "look": json.dumps(clip.about["appearance"], sort_keys=True),
+        "about": json.dumps(about, sort_keys=True),  # everything the episode's file says
+        "first_thumbnail": ends["first"],
+        "last_thumbnail": ends.get("last", ends["first"]),
+        "first_state": states[0].tolist(),
+        "last_state": states[-1].tolist(),
+    }
+
+
+def _one(what: str, values: set):
+    if len(values) != 1:
+        raise BadInput(
+            f"rendered episodes: {what} differ between garments: {sorted(values, key=str)}; render all with one profile"
+        )
+    return next(iter(values))

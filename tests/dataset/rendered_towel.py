@@ -1,0 +1,80 @@
+"""A small artifact of rendered episodes, its frames painted instead of rendered."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from sim1.episode import RATE_HZ, Episode, write_episode
+
+WIDTH, HEIGHT, STRIDE, VERTICES = 64, 48, 3, 40
+LOOK = {"fabric": {"kind": "plain"}, "table": {"kind": "wood"}}
+
+
+def frame_image(number: int, hue: int) -> np.ndarray:
+    """A smooth picture in which a bright bar moves with the frame's number."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    image = np.stack([60 + x, 60 + 2 * y, np.full_like(x, hue)], axis=-1).astype(np.uint8)
+    image[10:30, 6 * number : 6 * number + 8] = (230, 230, 40)
+    return image
+
+
+def make_episode(frame_count: int, seed: int) -> Episode:
+    stream = np.random.default_rng(seed)
+    joints = stream.uniform(0.1, 1.5, (1, 2, 6)) + 0.01 * np.arange(frame_count)[:, None, None]
+    openness = stream.uniform(0.2, 0.8, (frame_count, 2))
+    garment = stream.normal(0.0, 0.2, (1, VERTICES, 3)) + 0.002 * np.arange(frame_count)[:, None, None]
+    about = {
+        "garment": "towel",
+        "seed": seed,
+        "sources": [f"{seed:04d}"],
+        "success": True,
+        "physics": {"friction": 0.4},
+    }
+    return Episode(
+        time_s=np.arange(frame_count) / RATE_HZ,
+        joints_rad=joints,
+        openness=openness,
+        command_joints_rad=joints + 0.005,
+        command_openness=openness,
+        garment_m=garment.astype(np.float32),
+        about=about,
+    )
+
+
+def write_rendered(
+    artifact: Path,
+    *,
+    frame_counts: tuple[int, ...] = (19, 25),
+    variants: int = 1,
+    rate_hz: int = 10,
+    size=(WIDTH, HEIGHT),
+) -> Path:
+    """An artifact of `rendered_episodes` with episodes of that many states."""
+    artifact.mkdir(parents=True)
+    np.savez(
+        artifact / "garment.npz",
+        rest_m=np.random.default_rng(9).normal(size=(VERTICES, 3)),
+        faces=np.zeros((0, 3), int),
+    )
+    for number, frame_count in enumerate(frame_counts):
+        folder = artifact / "episodes" / f"{number:04d}"
+        write_episode(folder, make_episode(frame_count, seed=number))
+        shown = len(range(0, frame_count, STRIDE))
+        for variant in range(variants):
+            clip = folder / f"v{variant}"
+            (clip / "head").mkdir(parents=True)
+            camera = {"width": size[0], "height": size[1], "fy_px": 40.0, "moves": False}
+            about = {
+                "rate_hz": rate_hz,
+                "stride": STRIDE,
+                "frame_count": shown,
+                "cameras": {"head": camera},
+                "appearance": LOOK,
+            }
+            (clip / "appearance.json").write_text(json.dumps(about))
+            for frame in range(shown):
+                image = Image.fromarray(frame_image(frame, hue=60 + 100 * variant + 50 * number)).resize(size)
+                image.save(clip / "head" / f"{frame:06d}.png")
+    return artifact

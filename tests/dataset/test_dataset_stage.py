@@ -1,0 +1,150 @@
+"""Rendered episodes become a dataset that LeRobot loads, with the values that went in."""
+
+import hashlib
+import socket
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from rendered_towel import frame_image, make_episode, write_rendered
+
+from sim1.dataset.keypoints import keypoint_indices
+from sim1.dataset.stage import DatasetConfig, check_dataset, dataset
+from sim1.stage import BadInput
+
+CONFIG = DatasetConfig(keypoint_count=5)
+
+
+def digests(folder: Path) -> dict[str, str]:
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("dataset")
+    inputs = {
+        "rendered_episodes": {
+            name: write_rendered(folder / name, variants=count) for name, count in (("towel", 2), ("shorts", 1))
+        }
+    }
+    out = folder / "out"
+    out.mkdir()
+    facts = dataset(inputs, out, CONFIG)
+    assert (facts["episodes"], facts["frames"]) == (6, 3 * (7 + 9))
+    return out
+
+
+@pytest.fixture
+def offline(monkeypatch):
+    def refuse(*args, **kwargs):
+        raise AssertionError("a network connection was tried")
+
+    monkeypatch.setattr(socket.socket, "connect", refuse)
+    monkeypatch.setattr(socket, "getaddrinfo", refuse)
+
+
+def test_lerobot_loads_and_iterates_the_dataset_without_a_network(made, offline):
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
+    loaded = LeRobotDataset("sim1/folding", root=made / "lerobot", video_backend="pyav")
+    assert (loaded.num_episodes, loaded.num_frames, loaded.fps) == (6, 48, 10)
+    keypoints = keypoint_indices(np.random.default_rng(9).normal(size=(40, 3)), 5)
+    # Garments in order of name: episodes 0 and 1 are shorts, 2 to 5 towels, each trajectory in two appearances.
+    row = 0
+    for index, (number, count, variant, garment) in enumerate(
+        [
+            (0, 7, 0, "shorts"),
+            (1, 9, 0, "shorts"),
+            (0, 7, 0, "towel"),
+            (0, 7, 1, "towel"),
+            (1, 9, 0, "towel"),
+            (1, 9, 1, "towel"),
+        ]
+    ):
+        source = make_episode(19 if number == 0 else 25, seed=number)
+        for frame in range(count):
+            item = loaded[row]
+            assert int(item["episode_index"]) == index
+            assert item["task"] == f"fold the {garment}"
+            assert float(item["timestamp"]) == pytest.approx(frame / 10)
+            np.testing.assert_array_equal(item["observation.state"].numpy(), source.state()[3 * frame])
+            np.testing.assert_array_equal(item["action"].numpy(), source.action()[3 * frame])
+            np.testing.assert_array_equal(
+                item["observation.environment_state"].numpy(), source.garment_m[3 * frame][keypoints].ravel()
+            )
+            picture = 255 * item["observation.images.head"].permute(1, 2, 0).numpy()
+            assert np.abs(picture - frame_image(frame, hue=60 + 100 * variant + 50 * number)).mean() < 6.0
+            row += 1
+
+
+def test_its_own_check_passes(made):
+    findings = check_dataset(made)
+    assert all(finding.passed for finding in findings), findings
+    assert len(findings) == 12
+
+
+def test_provenance_tells_trajectory_appearance_and_sources(made):
+    rows = pd.read_parquet(made / "provenance.parquet")
+    assert rows["trajectory"].tolist() == ["0000", "0001", "0000", "0000", "0001", "0001"]
+    assert rows["appearance"].tolist() == [0, 0, 0, 1, 0, 1]
+    assert [list(sources) for sources in rows["sources"][:2]] == [["0000"], ["0001"]]
+    assert rows["physics"][0] == '{"friction": 0.4}'
+
+
+def test_the_same_input_gives_the_same_bytes(made, tmp_path):
+    inputs = {"rendered_episodes": {name: made.parent / name for name in ("towel", "shorts")}}
+    dataset(inputs, tmp_path, CONFIG)
+    assert digests(tmp_path) == digests(made)
+
+
+def test_nothing_in_the_dataset_names_the_machine(made):
+    for path in made.rglob("*"):
+        if path.is_file():
+            assert str(made.parent).encode() not in path.read_bytes(), path
+
+
+def test_the_card_states_counts_license_and_what_is_simulated(made):
+    card = (made / "README.md").read_text()
+    for words in (
+        "license: unknown",
+        "6 episodes, 48 frames at 10 Hz",
+        "scripted expert",
+        "| towel | fold the towel | 2 | 2.0 | 4 | 32 |",
+    ):
+        assert words in card
+    for name in ("frames.png", "motion.png"):
+        assert f"({name})" in card
+        assert (made / name).stat().st_size < 200_000
+
+
+def test_nothing_rendered_is_refused(tmp_path):
+    with pytest.raises(BadInput, match="no rendered episodes"):
+        dataset({}, tmp_path, CONFIG)
+    write_rendered(tmp_path / "towel", frame_counts=())
+    with pytest.raises(BadInput, match="no trajectory was accepted"):
+        dataset({"rendered_episodes": {"towel": tmp_path / "towel"}}, tmp_path / "out", CONFIG)
+
+
+def test_garments_rendered_at_different_rates_are_refused(tmp_path):
+    artifacts = {"towel": write_rendered(tmp_path / "towel"), "shorts": write_rendered(tmp_path / "shorts", rate_hz=15)}
+    with pytest.raises(BadInput, match=r"rate_hz differ between garments: \[10, 15\]"):
+        dataset({"rendered_episodes": artifacts}, tmp_path / "out", CONFIG)
+
+
+def test_a_missing_frame_is_refused_by_name(tmp_path):
+    artifact = write_rendered(tmp_path / "towel")
+    (artifact / "episodes/0001/v0/head/000004.png").unlink()
+    with pytest.raises(BadInput, match=r"0001/v0: frames per camera \{'head': 8\}"):
+        dataset({"rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
+
+
+def test_keypoints_cover_the_garment_and_come_in_one_order():
+    line = np.c_[np.linspace(0, 1, 11), np.zeros((11, 2))]
+    assert keypoint_indices(line, 3).tolist() == [0, 10, 5]
+    with pytest.raises(ValueError, match="12 keypoints among 11"):
+        keypoint_indices(line, 12)
