@@ -71,18 +71,37 @@ def read_tables(root: Path) -> Tables:
         raise ValueError(f"meta/info.json: codebase_version is {info['codebase_version']!r}, expected v3")
     stats = json.loads((root / "meta" / "stats.json").read_text())
     episodes = _read_all(root / "meta" / "episodes").sort_values("episode_index", ignore_index=True)
+    frames = _read_all(root / "data")
+    _need(frames, {*_stored(info), "index", "frame_index", "episode_index", "timestamp", "task_index"}, "data")
+    places = {
+        f"videos/{name}/{part}"
+        for name, feature in info["features"].items()
+        if feature["dtype"] == "video"
+        for part in ("chunk_index", "file_index", "from_timestamp", "to_timestamp")
+    }
+    _need(episodes, {"episode_index", "length", "dataset_from_index", "dataset_to_index", *places}, "meta/episodes")
     return Tables(
         info=info,
         stats=stats,
         tasks=pd.read_parquet(root / "meta" / "tasks.parquet"),
         episodes=episodes[[name for name in episodes.columns if not name.startswith("stats/")]],
-        frames=_read_all(root / "data"),
+        frames=frames,
     )
 
 
 def column(frames: pd.DataFrame, name: str) -> np.ndarray:
     """A column of scalars or lists as an array (n, ...)."""
     return np.array(frames[name].tolist())
+
+
+def _stored(info: dict[str, Any]) -> list[str]:
+    """Features that have a column in the tables; videos do not."""
+    return [name for name, feature in info["features"].items() if feature["dtype"] != "video"]
+
+
+def _need(table: pd.DataFrame, columns: set[str], where: str) -> None:
+    if missing := sorted(columns - set(table.columns)):
+        raise KeyError(f"{where} has no column {', '.join(missing)}")
 
 
 def _read_all(folder: Path) -> pd.DataFrame:

@@ -41,7 +41,8 @@ def _states(provenance: pd.DataFrame, tables: Tables) -> Finding:
         provenance.itertuples(), tables.episodes["dataset_from_index"], tables.episodes["dataset_to_index"]
     ):
         said = np.array([row.first_state, row.last_state])
-        if not np.allclose(states[[start, end - 1]], said, atol=1e-6):
+        inside = 0 <= start < end <= len(states)
+        if not inside or not np.allclose(states[[start, end - 1]], said, atol=1e-6):
             faults.append(f"episode {row.episode_index}")
     return finding("ends_match_states", faults, f"{len(provenance)} episodes")
 

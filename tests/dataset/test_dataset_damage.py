@@ -1,0 +1,157 @@
+"""The check finds what was done to a dataset, and names it."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from rendered_towel import write_rendered
+
+from sim1.dataset.check import check_lerobot
+from sim1.dataset.stage import DatasetConfig, check_dataset, dataset
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("damage")
+    (folder / "out").mkdir()
+    dataset(
+        {"rendered_episodes": {"towel": write_rendered(folder / "towel")}},
+        folder / "out",
+        DatasetConfig(keypoint_count=4),
+    )
+    return folder / "out"
+
+
+@pytest.fixture
+def artifact(good, tmp_path) -> Path:
+    return shutil.copytree(good, tmp_path / "artifact")
+
+
+def failures(artifact: Path) -> list[str]:
+    return [finding.name for finding in check_dataset(artifact) if not finding.passed]
+
+
+def only_file(artifact: Path, pattern: str) -> Path:
+    (path,) = artifact.glob(f"lerobot/{pattern}")
+    return path
+
+
+def change_table(path: Path, change) -> None:
+    table = pd.read_parquet(path)
+    changed = change(table)
+    (table if changed is None else changed).to_parquet(path, index=path.name == "tasks.parquet")
+
+
+def set_cell(table: pd.DataFrame, row: int, name: str, value, index: int | None = None) -> None:
+    if index is not None:
+        array = np.array(table.at[row, name])
+        array[index] = value
+        value = array
+    table.at[row, name] = value
+
+
+def change_json(path: Path, **values) -> None:
+    path.write_text(json.dumps({**json.loads(path.read_text()), **values}))
+
+
+FRAMES, EPISODES, VIDEO = "data/**/*.parquet", "meta/episodes/**/*.parquet", "videos/**/*.mp4"
+
+DAMAGE = {
+    "a state that is not a number": (
+        lambda a: change_table(only_file(a, FRAMES), lambda t: set_cell(t, 3, "observation.state", np.nan, 2)),
+        "values_finite",
+    ),
+    "a joint beyond its limit": (
+        lambda a: change_table(only_file(a, FRAMES), lambda t: set_cell(t, 3, "action", 4.0, 1)),
+        "joints_within_limits",
+    ),
+    "a gripper more than open": (
+        lambda a: change_table(only_file(a, FRAMES), lambda t: set_cell(t, 3, "observation.state", 1.5, 6)),
+        "joints_within_limits",
+    ),
+    "a time stamp off the grid": (
+        lambda a: change_table(only_file(a, FRAMES), lambda t: set_cell(t, 4, "timestamp", 0.42)),
+        "timestamps_on_grid",
+    ),
+    "a row left out": (lambda a: change_table(only_file(a, FRAMES), lambda t: t.drop(index=5)), "indices_run_on"),
+    "a column left out": (
+        lambda a: change_table(only_file(a, FRAMES), lambda t: t.drop(columns="action")),
+        "tables_readable",
+    ),
+    "two rows exchanged": (
+        lambda a: change_table(only_file(a, FRAMES), lambda t: t.iloc[[1, 0, *range(2, len(t))]]),
+        "indices_run_on",
+    ),
+    "frames of an unknown task": (
+        lambda a: change_table(only_file(a, FRAMES), lambda t: set_cell(t, 0, "task_index", 7)),
+        "tasks_known",
+    ),
+    "a state changed after the statistics were made": (
+        lambda a: change_table(only_file(a, FRAMES), lambda t: set_cell(t, 0, "observation.state", 3.0, 0)),
+        "statistics_true",
+    ),
+    "the first state of another trajectory": (
+        lambda a: change_table(only_file(a, FRAMES), lambda t: set_cell(t, 7, "observation.state", 0.5, 3)),
+        "ends_match_states",
+    ),
+    "an episode said to start elsewhere": (
+        lambda a: change_table(only_file(a, EPISODES), lambda t: set_cell(t, 1, "dataset_from_index", 6)),
+        "indices_run_on",
+    ),
+    "an episode said to be elsewhere in the video": (
+        lambda a: change_table(
+            only_file(a, EPISODES), lambda t: set_cell(t, 1, "videos/observation.images.head/from_timestamp", 0.3)
+        ),
+        "videos_complete",
+    ),
+    "counts that are wrong": (lambda a: change_json(a / "lerobot/meta/info.json", total_frames=99), "counts_agree"),
+    "an older format": (
+        lambda a: change_json(a / "lerobot/meta/info.json", codebase_version="v2.1"),
+        "tables_readable",
+    ),
+    "an info file that is cut off": (lambda a: cut(a / "lerobot/meta/info.json"), "tables_readable"),
+    "a table that is cut off": (lambda a: cut(only_file(a, FRAMES)), "tables_readable"),
+    "a video that is cut off": (lambda a: cut(only_file(a, VIDEO)), "videos_complete"),
+    "a video that is missing": (lambda a: only_file(a, VIDEO).unlink(), "videos_complete"),
+    "provenance that is missing": (lambda a: (a / "provenance.parquet").unlink(), "provenance_complete"),
+    "an episode without provenance": (
+        lambda a: change_table(a / "provenance.parquet", lambda t: t.iloc[:1]),
+        "provenance_complete",
+    ),
+}
+
+
+def cut(path: Path) -> None:
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+
+
+@pytest.mark.parametrize("what", DAMAGE)
+def test_damage_is_found_in(artifact, what):
+    damage, finding = DAMAGE[what]
+    damage(artifact)
+    assert finding in failures(artifact)
+
+
+def test_pictures_of_other_states_are_found(artifact, tmp_path):
+    """The same states, with the pictures in the opposite order."""
+    other = write_rendered(tmp_path / "towel")
+    for clip in other.glob("episodes/*/v0/head"):
+        frames = sorted(clip.glob("*.png"))
+        pictures = [frame.read_bytes() for frame in frames]
+        for frame, picture in zip(frames, reversed(pictures)):
+            frame.write_bytes(picture)
+    (tmp_path / "turned").mkdir()
+    dataset({"rendered_episodes": {"towel": other}}, tmp_path / "turned", DatasetConfig(keypoint_count=4))
+    shutil.copy(only_file(tmp_path / "turned", VIDEO), only_file(artifact, VIDEO))
+    assert failures(artifact) == ["ends_match_pictures"]
+
+
+def test_the_check_needs_nothing_of_this_project(good):
+    """Any LeRobot dataset can be checked: without limits, provenance or keypoints."""
+    findings = check_lerobot(good / "lerobot")
+    assert [finding.name for finding in findings if not finding.passed] == []
+    assert "joints_within_limits" not in [finding.name for finding in findings]
