@@ -101,16 +101,16 @@ def draw_table(rows: Sequence[Row]) -> Figure:
     axes = figure.subplots(1, 2, sharey=True)
     places = np.arange(len(rows))
     for ax, title, color, counts, intervals in (
-        (axes[0], "Pass rate (%)", "#1f6fb4", [(r.accepted_count, r.candidate_count) for r in rows], [r.pass_interval for r in rows]),
-        (axes[1], "Success rate (%)", "#b4531f", [(r.success_count, r.trial_count) for r in rows], [r.success_interval for r in rows]),
+        (axes[0], "Pass rate", "#1f6fb4", [(r.accepted_count, r.candidate_count) for r in rows], [r.pass_interval for r in rows]),
+        (axes[1], "Success rate", "#b4531f", [(r.success_count, r.trial_count) for r in rows], [r.success_interval for r in rows]),
     ):  # fmt: skip
         for place, (some, of), interval in zip(places, counts, intervals):
             if of:
                 share, bar = 100 * some / of, 100 * np.array(interval)
                 ax.barh(place, share, color=color, alpha=0.35, height=0.55)
                 ax.errorbar(share, place, xerr=[[share - bar[0]], [bar[1] - share]], fmt="o", color=color, capsize=4)
-            ax.text(101, place, f"{some}/{of}" if of else "not tried", va="center", fontsize=9)
-        ax.set(xlim=(0, 100), xlabel=f"{title[:-4]}(%), 95 % Wilson interval", title=title)
+            ax.text(104, place, f"{some}/{of}" if of else "not tried", va="center", fontsize=9)
+        ax.set(xlim=(-2, 102), xlabel="%, with 95 % Wilson interval", title=title)
         ax.grid(axis="x", alpha=0.25)
     axes[0].set_yticks(places, [row.variant for row in rows])
     axes[0].invert_yaxis()

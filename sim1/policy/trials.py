@@ -15,13 +15,15 @@ from sim1.motion.placement import random_placement
 from sim1.policy.model import ChunkPolicy
 from sim1.policy.rollout import Driving, Start, roll_out
 from sim1.policy.stage import PolicyConfig
+from sim1.robot.expert_task import read_task
 from sim1.scene.description import read_scene
 from sim1.stage import BadInput, Inputs, random_stream
+from sim1.validity.success import judge
 
 TRIAL_COLUMNS = (
     "size", "seed", "garment", "trial", "success", "failure", "figures", "shift_x_m", "shift_y_m", "turn_rad", "simulated_s",
 )  # fmt: skip
-BROKEN = "simulation_broke"
+BROKEN = "simulation broke"  # the judge's word for it
 
 type Judge = Callable[[np.ndarray], tuple[bool, str | None, Mapping[str, float]]]
 """Garment over time (T, v, 3) -> success, failure class, figures."""
@@ -87,7 +89,10 @@ class Trials:
         duration_s = self.duration_s
         try:
             history = roll_out(bench.cell, start, model, garment, keypoints, self.driving, duration_s, on_frame)
-            success, failure, figures = bench.judge(history)
+            # The task's fold lines lie along the world's axes: judged as if the garment had not been moved, a turned
+            # garment that is folded along its own axes counts as folded.
+            unmoved = (history - placement[:3, 3]) @ placement[:3, :3]
+            success, failure, figures = bench.judge(unmoved)
         except SimulationBroke:
             success, failure, figures, duration_s = False, BROKEN, {}, bench.cell.frame / 30.0
         return {
@@ -110,8 +115,6 @@ def open_bench(inputs: Inputs, garment: str, cell: CellConfig) -> Bench:
     for name in ("garment_mesh", "scene", "calibrated_physics", "seed_demos"):
         if garment not in inputs.get(name, {}):
             raise BadInput(f"stage input {name!r}: none for garment {garment!r}; materialize it first")
-    from sim1.validity.success import judge, read_task
-
     mesh = read_garment_mesh(inputs["garment_mesh"][garment])
     demos = inputs["seed_demos"][garment]
     task = read_task(demos / "task.json")

@@ -9,7 +9,7 @@ from sim1.policy.model import load_policy, save_policy
 from sim1.policy.training import JOINTS, TrainingPlan, chunks_of, open_loop_error, train
 from sim1.stage import BadInput
 
-PLAN = TrainingPlan(steps=400, batch=64, learning_rate=2e-3, input_noise=0.0, chunk_frames=8, width=64, depth=2)
+PLAN = TrainingPlan(steps=1200, batch=64, learning_rate=2e-3, input_noise=0.0, chunk_frames=8, width=64, depth=2)
 GARMENTS = ["towel", "tshirt"]
 
 

@@ -139,6 +139,23 @@ def test_a_simulation_that_breaks_is_a_failure_with_its_own_class(tmp_path, data
     assert trials["simulated_s"].max() == pytest.approx(5 / 30)
 
 
+def test_the_judge_sees_the_garment_as_if_it_had_not_been_moved(tmp_path, dataset, monkeypatch):
+    seen = []
+
+    def judge(history):
+        seen.append(history[0])
+        return True, None, {}
+
+    monkeypatch.setattr(
+        sim1.policy.trials, "open_bench", lambda *_: Bench(cell=ObedientCell(), start=start(), judge=judge)
+    )
+    (tmp_path / "p").mkdir()
+    policy({"dataset": {"": dataset.path}}, tmp_path / "p", CONFIG)
+    assert len(seen) == 8
+    for garment in seen:
+        np.testing.assert_allclose(garment, start().garment_m, atol=1e-12)
+
+
 def test_checks_see_a_lost_trial_a_lost_model_and_weights_that_are_no_numbers(artifact):
     out, _ = artifact
     trials = pd.read_parquet(out / "evaluation.parquet")
