@@ -37,6 +37,11 @@ class PlanarArm:
             upper_rad=arm.upper_rad,
         )
 
+    @property
+    def stretched_m(self) -> float:
+        """Length of the straight arm from shoulder to tool."""
+        return self.upper_arm + self.forearm + self.tool
+
     def postures(self, points_m: np.ndarray, tilt_rad: float) -> np.ndarray:
         """Joint angles (n, 6) that put the tool at `points_m` (n, 3; base frame), NaN where it cannot be.
 
