@@ -30,8 +30,8 @@ class Cell:
         self.arms = tuple(Arm.from_urdf(scene.urdf) for _ in ARMS)
         size = (float(scene.table_size_m[0]), float(scene.table_size_m[1]))
         self._world = ClothWorld(garment, physics, config, table_size_m=size)
-        middle = np.stack([np.clip(np.zeros(6), arm.lower_rad, arm.upper_rad) for arm in self.arms])
-        self.reset(scene.place_garment(garment.vertices_m), middle, np.ones(2))
+        home = np.stack([scene.home_rad[name] for name in ARMS])
+        self.reset(scene.place_garment(garment.vertices_m), home, np.ones(2))
 
     def reset(self, garment_m: np.ndarray, joints_rad: np.ndarray, openness: np.ndarray) -> None:
         """Start again: garment (v, 3) at rest there, arms (2, 6) and grippers (2,) standing there."""

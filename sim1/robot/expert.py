@@ -1,0 +1,200 @@
+"""The scripted expert: plans how both arms do one step of a task on the garment as it lies.
+
+It stands in for a person who teleoperates the robot. It knows where the garment's vertices are, and acts on the garment
+through the fingers alone: press them down open, close them so that friction gathers a ridge of cloth between the pads, lift.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim1.episode import ARMS
+from sim1.robot.expert_path import FRAME_S, Path3, min_jerk
+from sim1.robot.expert_task import ArmMove, Step, Task, find_keypoints, ideal_fold, mirror
+from sim1.robot.expert_variation import Variation
+from sim1.robot.kinematics import Arm, Unreachable
+from sim1.scene.description import Scene
+
+ABOVE_M = 0.09  # height over the table from which a grasp is approached
+PRESS_M = 0.0005  # finger tips at a grasp: inside the cloth's contact layer, so that they press on it
+LAY_M = 0.012  # finger tips when letting go
+GRASP_OPENNESS = 0.55  # 48 mm between the pads
+RELEASE_OPENNESS = 0.40
+SPEED_SHARE = 0.9  # of the joints' speed limits that a plan may use
+TILTS_RAD = np.arange(0.0, 1.01, 0.1)  # of the fingers from straight down to forward; the first that reaches is taken
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """Commands of one step at 30 Hz."""
+
+    joints_rad: np.ndarray  # (n, 2, 6)
+    openness: np.ndarray  # (n, 2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Workspace:
+    """Both arms and where they stand."""
+
+    arms: tuple[Arm, Arm]
+    bases: np.ndarray  # (2, 4, 4) base to world
+    home_rad: np.ndarray  # (2, 6) drawn back from the garment
+
+    @classmethod
+    def of(cls, arms: tuple[Arm, Arm], scene: Scene) -> "Workspace":
+        """The arms where the scene has them."""
+        bases, homes = scene.base_to_world, scene.home_rad
+        return cls(arms=arms, bases=np.stack([bases[a] for a in ARMS]), home_rad=np.stack([homes[a] for a in ARMS]))
+
+    def inverse(self, side: int, tool: np.ndarray, start: np.ndarray, *, restarts: int = 0) -> np.ndarray:
+        """Joints (6,) that put the tool of an arm at `tool` (4, 4), world frame; raises Unreachable."""
+        return self.arms[side].inverse(np.linalg.inv(self.bases[side]) @ tool, start, restart_count=restarts)
+
+
+def tool_pose(position: np.ndarray, tilt_rad: float, yaw_rad: float) -> np.ndarray:
+    """Tool frame (4, 4) with fingers down, tilted forward, their opening turned by yaw about them from +y."""
+    along = np.array([np.sin(tilt_rad), 0.0, -np.cos(tilt_rad)])
+    side, across = np.array([0.0, 1.0, 0.0]), np.array([np.cos(tilt_rad), 0.0, np.sin(tilt_rad)])
+    opening = np.cos(yaw_rad) * side + np.sin(yaw_rad) * across
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack([along, opening, np.cross(along, opening)], axis=1)
+    pose[:3, 3] = position
+    return pose
+
+
+def plan_step(
+    workspace: Workspace,
+    task: Task,
+    index: int,
+    start_m: np.ndarray,
+    garment_m: np.ndarray,
+    joints_rad: np.ndarray,
+    variation: Variation,
+) -> Plan:
+    """Plan step `index` from the present garment and joints.
+
+    Args:
+        workspace: the arms.
+        task: the whole task.
+        index: of the step.
+        start_m: (v, 3) garment before anything moved; keypoints are defined on it.
+        garment_m: (v, 3) garment now.
+        joints_rad: (2, 6) now.
+        variation: of this demonstration.
+
+    Raises:
+        Unreachable: a point of the way is out of an arm's reach.
+    """
+    step = task.steps[index]
+    grasp, place = _points(task, index, start_m, garment_m, variation)
+    lift = max(step.lift_m + variation.lift_shift_m, 0.03)
+    tilt = np.array([_tilt(workspace, side, step, grasp, place, lift) for side in range(2)])
+    press = PRESS_M + 0.011 * np.sin(tilt)  # the lower edge of a tilted, 22 mm wide finger is what touches
+    pace, pauses = variation.pace, variation.pauses_s
+    for _ in range(4):
+        path = Path3(_at(grasp, ABOVE_M + press), GRASP_OPENNESS)
+        path.move(_at(grasp, press), 0.6 * pace)
+        path.hold(0.1 + pauses[0])
+        path.grip(0.0, 0.45 * pace)
+        path.hold(0.1)
+        path.arc(_at(place, LAY_M + press), lift, step.carry_s * pace, variation)
+        path.hold(0.1 + pauses[1])
+        path.grip(RELEASE_OPENNESS, 0.6 * pace)
+        path.move(_at(place, ABOVE_M + press), 0.8 * pace)
+        joints = _solve(workspace, path.positions(), tilt, step, joints_rad)
+        ratio = _speed_ratio(workspace, joints)
+        if ratio <= SPEED_SHARE:
+            break
+        pace *= 1.05 * ratio / SPEED_SHARE
+    else:
+        raise Unreachable(0.0, 0.0)
+    openness = path.openness()
+    there, back = (
+        _joint_move(workspace, joints_rad, joints[0], pace),
+        _joint_move(workspace, joints[-1], workspace.home_rad, pace),
+    )
+    return Plan(
+        joints_rad=np.concatenate([there, joints, back]),
+        openness=np.concatenate(
+            [
+                np.repeat(openness[:1], len(there), axis=0),
+                openness,
+                openness[-1] + min_jerk(np.linspace(0, 1, len(back)))[:, None] * (1.0 - openness[-1]),
+            ]
+        ),
+    )
+
+
+def _points(
+    task: Task, index: int, start_m: np.ndarray, garment_m: np.ndarray, variation: Variation
+) -> tuple[np.ndarray, np.ndarray]:
+    """Grasp and placing points on the table, (2, 2) each."""
+    step = task.steps[index]
+    marks = find_keypoints(start_m, task)
+    ideal = ideal_fold(start_m, task, index)
+    low, high = ideal.min(axis=0), ideal.max(axis=0)
+    now = garment_m[:, :2]
+    middle = 0.5 * (now.min(axis=0) + now.max(axis=0))
+    grasp, place = np.empty((2, 2)), np.empty((2, 2))
+    for side, move in enumerate((step.left, step.right)):
+        grasp[side] = _grasp(now[marks[move.grasp]], middle, move) + variation.grasp_shift_m[side]
+        place[side] = mirror(grasp[side], move.fold, low, high)
+        axis = "xy".index(move.fold.axis)
+        place[side, axis] -= step.short_m * np.sign(place[side, axis] - grasp[side, axis])
+    return grasp, place
+
+
+def _grasp(keypoint: np.ndarray, middle: np.ndarray, move: ArmMove) -> np.ndarray:
+    return keypoint + np.sign(middle - keypoint) * np.array(move.inset_m)
+
+
+def _at(points: np.ndarray, height: float | np.ndarray) -> np.ndarray:
+    return np.concatenate([points, np.broadcast_to(height, (2,))[:, None]], axis=1)
+
+
+def _tilt(workspace: Workspace, side: int, step: Step, grasp: np.ndarray, place: np.ndarray, lift: float) -> float:
+    """Smallest tilt with which the whole way is in reach."""
+    problem: Unreachable | None = None
+    yaw = np.radians(step.yaw_deg) * (1.0, -1.0)[side]
+    for tilt in TILTS_RAD:
+        joints = workspace.home_rad[side]
+        try:
+            for share in np.linspace(0.0, 1.0, 6):
+                point = np.append(grasp[side] + share * (place[side] - grasp[side]), 0.0)
+                heights = (ABOVE_M, 0.0) if share in (0.0, 1.0) else (lift * np.sin(np.pi * share) + 0.02,)
+                for height in heights:
+                    point[2] = height
+                    restarts = 6 if share == 0.0 and height == ABOVE_M else 1
+                    joints = workspace.inverse(side, tool_pose(point, tilt, yaw), joints, restarts=restarts)
+        except Unreachable as error:
+            if problem is None or error.position_error_m < problem.position_error_m:
+                problem = error
+            continue
+        return float(tilt)
+    raise problem or Unreachable(0.0, 0.0)
+
+
+def _solve(workspace: Workspace, positions: np.ndarray, tilt: np.ndarray, step: Step, start: np.ndarray) -> np.ndarray:
+    """Joints (n, 2, 6) along positions (n, 2, 3), each frame from the one before."""
+    joints = np.empty((len(positions), 2, 6))
+    for side in range(2):
+        yaw = np.radians(step.yaw_deg) * (1.0, -1.0)[side]
+        now = np.array(start[side])
+        for frame, point in enumerate(positions[:, side]):
+            now = workspace.inverse(side, tool_pose(point, tilt[side], yaw), now, restarts=6 if frame == 0 else 0)
+            joints[frame, side] = now
+    return joints
+
+
+def _speed_ratio(workspace: Workspace, joints: np.ndarray) -> float:
+    """Largest joint speed over its limit."""
+    limits = np.stack([arm.velocity_limit_rad_s for arm in workspace.arms])
+    return float((np.abs(np.diff(joints, axis=0)) / (limits * FRAME_S)).max())
+
+
+def _joint_move(workspace: Workspace, start: np.ndarray, end: np.ndarray, pace: float) -> np.ndarray:
+    """Minimum-jerk way (n, 2, 6) in joint space, within the speed limits; a minimum jerk peaks at 1.875 times its mean."""
+    limits = np.stack([arm.velocity_limit_rad_s for arm in workspace.arms])
+    seconds = max(0.6 * pace, float((1.875 * np.abs(end - start) / (0.6 * limits)).max()))
+    share = min_jerk(np.linspace(0.0, 1.0, max(2, round(seconds / FRAME_S))))
+    return start + share[:, None, None] * (end - start)

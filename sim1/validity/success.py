@@ -1,0 +1,113 @@
+"""Whether a garment was folded as the task asks, in numbers."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from sim1.robot.expert_task import Task, find_keypoints, ideal_fold
+
+type Failure = Literal[
+    "unreachable", "missed grasp", "slip", "over-stretch", "not folded", "simulation broke", "off the table"
+]
+PIXEL_M = 0.004
+LAST_FRAMES = 10  # a third of a second
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judgement:
+    """Outcome of one run."""
+
+    success: bool
+    figures: dict[str, float]
+    failure: Failure | None
+
+
+def judge(garment_m: np.ndarray, faces: np.ndarray, task: Task) -> Judgement:
+    """Judge a run from its garment trajectory.
+
+    Args:
+        garment_m: (T, v, 3), world frame, table top at z = 0; the first frame lies flat, before anything moved.
+        faces: (f, 3).
+        task: folds and limits.
+    """
+    start, end = garment_m[0].astype(float), garment_m[-1].astype(float)
+    ideal = ideal_fold(start, task)
+    marks = find_keypoints(start, task)
+    grasped = sorted({marks[move.grasp] for step in task.steps for move in (step.left, step.right)})
+    low = np.minimum(start[:, :2].min(axis=0), ideal.min(axis=0)) - 0.3
+    high = np.maximum(start[:, :2].max(axis=0), ideal.max(axis=0)) + 0.3
+    first, last, wanted = (silhouette(points, faces, low, high) for points in (start, end, ideal))
+    before = garment_m[-min(LAST_FRAMES, len(garment_m))].astype(float)
+    duration = max(min(LAST_FRAMES, len(garment_m)) - 1, 1) / 30.0
+    errors = np.linalg.norm(end[grasped, :2] - ideal[grasped], axis=1)
+    figures = {
+        "iou": float((last & wanted).sum() / max((last | wanted).sum(), 1)),
+        "keypoint_error_m": float(errors.max()),
+        "area_ratio": float(last.sum() / max(first.sum(), 1)),
+        "ideal_area_ratio": float(wanted.sum() / max(first.sum(), 1)),
+        "height_m": float(end[:, 2].max()),
+        "speed_m_s": float(np.linalg.norm(end - before, axis=1).max() / duration),
+        "lowest_m": float(end[:, 2].min()),
+        "stretch": _stretch(garment_m, faces),
+        "lifted_m": float((garment_m[:, grasped, 2].max(axis=0) - start[grasped, 2]).min()),
+    }
+    failure = _failure(figures, garment_m, ideal, grasped, task)
+    return Judgement(success=failure is None, figures=figures, failure=failure)
+
+
+def silhouette(points: np.ndarray, faces: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Covered pixels of the table between the corners `low` and `high` (2,), as bool (ny, nx), `PIXEL_M` each."""
+    size = np.ceil((high - low) / PIXEL_M).astype(int)
+    image = Image.new("1", (int(size[0]), int(size[1])))
+    draw = ImageDraw.Draw(image)
+    for corners in ((points[:, :2] - low) / PIXEL_M)[faces]:
+        draw.polygon([tuple(corner) for corner in corners.tolist()], fill=1)
+    return np.asarray(image)
+
+
+def _stretch(garment_m: np.ndarray, faces: np.ndarray) -> float:
+    """Largest over time of the 99th percentile over edges of length now over length at the start."""
+    a, b = faces[:, [0, 1, 2]].ravel(), faces[:, [1, 2, 0]].ravel()
+    rest = np.maximum(np.linalg.norm(garment_m[0, a] - garment_m[0, b], axis=1), 1e-6)
+    sample = garment_m[:: max(1, len(garment_m) // 60)]
+    return max(float(np.percentile(np.linalg.norm(frame[a] - frame[b], axis=1) / rest, 99)) for frame in sample)
+
+
+def _failure(
+    figures: dict[str, float], garment_m: np.ndarray, ideal: np.ndarray, grasped: list[int], task: Task
+) -> Failure | None:
+    limits = task.success
+    if not np.isfinite(garment_m).all():
+        return "simulation broke"
+    if figures["lowest_m"] < -0.02:
+        return "off the table"
+    if figures["stretch"] > limits.stretch:
+        return "over-stretch"
+    folded = (
+        figures["iou"] >= limits.iou
+        and figures["keypoint_error_m"] <= limits.keypoint_error_m
+        and figures["area_ratio"] <= figures["ideal_area_ratio"] + limits.area_excess
+        and figures["height_m"] <= limits.height_m
+        and figures["speed_m_s"] <= limits.speed_m_s
+    )
+    if folded:
+        return None
+    if figures["lifted_m"] < limits.lifted_m:
+        return "missed grasp"
+    return "slip" if _fell_early(garment_m, ideal, grasped, limits.lifted_m) else "not folded"
+
+
+def _fell_early(garment_m: np.ndarray, ideal: np.ndarray, grasped: list[int], lifted_m: float) -> bool:
+    """A grasped point came down for good less than half of the way to its place."""
+    for vertex in grasped:
+        path = garment_m[:, vertex]
+        up = np.flatnonzero(path[:, 2] > lifted_m)
+        if len(up) == 0:
+            return True
+        where = path[up[-1], :2]
+        way = np.linalg.norm(ideal[vertex] - path[0, :2])
+        if np.linalg.norm(where - ideal[vertex]) > 0.5 * way:
+            return True
+    return False
