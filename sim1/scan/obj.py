@@ -1,5 +1,6 @@
 """Strict reader of Wavefront OBJ geometry: vertices with optional colours, normals, polygons."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ def read_obj(path: Path) -> tuple[dict[str, np.ndarray], np.ndarray]:
                     normals.append([float(word) for word in words[1:4]])
                 case ["f"]:
                     corners = [_vertex(word, len(vertices)) for word in words[1:]]
-                    faces += [(corners[0], a, b) for a, b in zip(corners[1:-1], corners[2:], strict=True)]
+                    faces += [(corners[0], a, b) for a, b in pairwise(corners[1:])]
         except ValueError as error:
             raise BadInput(
                 f"{path}: line {number}, {line.strip()[:60]!r}: not valid OBJ ({error}); export it again"

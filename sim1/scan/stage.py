@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sim1.stage import BadInput, Facts, Finding, Inputs, only, stage_config
+from sim1.stage import BadInput, Facts, Finding, Inputs, garment_of, only, stage_config
 
 
 @stage_config
@@ -62,3 +62,35 @@ def check_scan(artifact: Path) -> list[Finding]:
     from sim1.scan.scan_check import scan_findings
 
     return scan_findings(read_scan(artifact))
+
+
+@stage_config
+class GarmentMeshConfig:
+    """Sizes of the simulation mesh, and of the surface that it is taken from."""
+
+    edge_m: float = 0.0215  # edge length of the simulation mesh: the towel gets 330 vertices, a fold still 20 edges
+    vertex_count: int = 900  # most vertices, about; a shirt's edges become longer for it (30 mm)
+    cell_m: float = 0.0025  # Poisson cells; about the spacing of the points
+    gap_spacings: float = 4.0  # a gap wider than twice this many point spacings is a hole or an opening
+    taubin_steps: int = 5  # more of them iron out wrinkles too
+    angle_deg: float = 18.0  # smallest angle aimed at; the check asks for 15
+    texture_pixels: int = 512  # side of the texture; 2 mm a texel on a shirt
+    seed: int = 1  # of the samples that the accuracy is measured with
+
+
+def garment_mesh(inputs: Inputs, out: Path, config: GarmentMeshConfig) -> Facts:
+    """Turn a scan into a textured simulation mesh in metres, and measure how accurate it is.
+
+    Raises:
+        BadInput: see `sim1.scan.build.build`.
+    """
+    from sim1.scan.write_mesh import make_garment_mesh
+
+    return make_garment_mesh(only(inputs, "scan"), out, config, garment_of(inputs))
+
+
+def check_garment_mesh(artifact: Path) -> list[Finding]:
+    """Is the mesh fit for simulation, open where the garment is, and as accurate as promised?"""
+    from sim1.scan.mesh_check import mesh_findings
+
+    return mesh_findings(artifact)

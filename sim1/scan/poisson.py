@@ -1,0 +1,96 @@
+"""Screened Poisson surface of oriented points, cut open again where the garment is open."""
+
+import numpy as np
+
+from sim1.scan.cloud import Shape
+from sim1.stage import BadInput
+
+
+def poisson(points: np.ndarray, normals: np.ndarray, cell_m: float) -> Shape:
+    """Closed surface through points (n, 3) m with outward normals; Kazhdan & Hoppe 2013, octree cells of about `cell_m`."""
+    import pymeshlab
+
+    side = float(np.ptp(points, axis=0).max()) * 1.1
+    depth = int(np.clip(np.round(np.log2(side / cell_m)), 5, 10))
+    meshes = pymeshlab.MeshSet(verbose=False)
+    meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=points.astype(float), v_normals_matrix=normals.astype(float)))
+    meshes.generate_surface_reconstruction_screened_poisson(
+        depth=depth, pointweight=4.0, samplespernode=1.5, threads=1, preclean=False
+    )
+    mesh = meshes.current_mesh()
+    return Shape(vertices_m=mesh.vertex_matrix().copy(), faces=mesh.face_matrix().astype(np.int32))
+
+
+def cut_open(
+    surface: Shape, points: np.ndarray, openings: int, reach_m: float, edge_m: float
+) -> tuple[Shape, list[float]]:
+    """Cut the garment's openings into a closed surface.
+
+    Poisson closes everything. Patches farther than `reach_m` from any point are either an opening of the garment or a hole of
+    the scan (occlusion, drop-out). The `openings` patches with the longest rims are openings: they are removed, back to where
+    the surface comes within `edge_m` of a point. The others stay closed.
+
+    Args:
+        surface: closed surface of `poisson`.
+        points: (n, 3) m.
+        openings: boundary loops of the real garment.
+        reach_m: largest gap between points that is not a hole.
+        edge_m: how far the surface reaches beyond the outermost points.
+
+    Returns:
+        The open surface (its largest piece); rim lengths (m) of all patches found, longest first.
+
+    Raises:
+        BadInput: fewer patches than openings.
+    """
+    from scipy.spatial import cKDTree
+
+    distance, _ = cKDTree(points).query(surface.vertices_m)
+    far = distance[surface.faces].max(axis=1)
+    label, rims = _patches(surface, far > reach_m)
+    order = np.argsort(-rims, kind="stable")
+    lengths = [float(rims[index]) for index in order]
+    if len(order) < openings:
+        raise BadInput(
+            f"the surface of the scan has {len(order)} gaps, but the garment file says openings: {openings};"
+            " correct it, or scan the edges of the garment (Poisson closes what the points surround on all sides)"
+        )
+    wide, _ = _patches(surface, far > edge_m)
+    open_faces = np.isin(label, order[:openings])
+    removed = np.isin(wide, np.unique(wide[open_faces])) & (wide >= 0)
+    return largest_piece(surface.vertices_m, surface.faces[~removed]), lengths
+
+
+def largest_piece(vertices: np.ndarray, faces: np.ndarray) -> Shape:
+    """The connected component with most faces, without vertices that no face uses."""
+    label = face_components(faces, np.ones(len(faces), bool))
+    faces = faces[label == np.bincount(label).argmax()]
+    used, packed = np.unique(faces, return_inverse=True)
+    return Shape(vertices_m=vertices[used], faces=packed.reshape(-1, 3).astype(np.int32))
+
+
+def face_components(faces: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """Label (f,) of the edge-connected component of each face of `among`, -1 for the others."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+    from trimesh.graph import face_adjacency
+
+    pairs = face_adjacency(faces)
+    pairs = pairs[among[pairs].all(axis=1)]
+    graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(faces),) * 2)
+    _, label = connected_components(graph, directed=False)
+    result = np.full(len(faces), -1)
+    _, result[among] = np.unique(label[among], return_inverse=True)
+    return result
+
+
+def _patches(surface: Shape, among: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Component labels of the faces of `among`, and the length of each component's longest rim (m)."""
+    from trimesh.graph import face_adjacency
+
+    label = face_components(surface.faces, among)
+    pairs, edges = face_adjacency(surface.faces, return_edges=True)
+    rim = among[pairs[:, 0]] != among[pairs[:, 1]]
+    inside = label[np.where(among[pairs[rim, 0]], pairs[rim, 0], pairs[rim, 1])]
+    length = np.linalg.norm(np.diff(surface.vertices_m[edges[rim]], axis=1)[:, 0], axis=1)
+    return label, np.bincount(inside, length, minlength=label.max() + 1)
