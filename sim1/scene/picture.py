@@ -1,6 +1,7 @@
 """Pictures of a scene: drawn from a camera, and the map of what the arms reach."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ COLORS = ("#1b7837", "#7fbf7b", "#d9f0d3", "#f1c27d")
 def draw_scene(path: Path, scene: Scene, parts: Sequence[Part], title: str) -> None:
     """Overview from the left front, and the head camera's view."""
     overview = Camera(
-        width=640, height=480, fy_px=560.0,
+        width=640, height=480, fy_px=680.0,
         pose=look_at(np.array([1.15, 1.05, 0.95]), np.array([-0.05, 0.0, 0.08]), np.array([0.0, 0.0, 1.0])),
     )  # fmt: skip
     figure = Figure(figsize=(10.5, 4.4), dpi=90, layout="constrained")
@@ -53,7 +54,7 @@ def draw_reach(path: Path, scene: Scene, arm: PlanarArm, garment_m: np.ndarray, 
         for pose in scene.base_to_world.values():
             axes.plot(pose[1, 3], pose[0, 3], "k^", markersize=7)
         axes.set(title=name, aspect="equal", xlabel="y (m)", ylabel="x (m)", xlim=(y[-1], y[0]), facecolor="#dddddd")
-    middles = [(low + high) / 2 for low, high in zip(LIMITS_DEG, LIMITS_DEG[1:], strict=False)]
+    middles = [(low + high) / 2 for low, high in pairwise(LIMITS_DEG)]
     bar = figure.colorbar(drawn, ax=figure.axes, ticks=middles)
     bar.ax.set_yticklabels(CLASSES)
     bar.ax.set_title("grey: none", fontsize="small")
@@ -83,4 +84,4 @@ def _project(parts: Sequence[Part], camera: Camera) -> PolyCollection:
             order.append(depth.mean(axis=1)[inside] + (100.0 if part.path == "table" else 0.0))
     sequence = np.argsort(-np.concatenate(order), kind="stable")
     fill = np.clip(np.concatenate(colors), 0, 1)[sequence]
-    return PolyCollection(np.concatenate(triangles)[sequence], facecolors=fill, edgecolors=fill, linewidths=0.3)
+    return PolyCollection(np.concatenate(triangles)[sequence], facecolors=fill, edgecolors=fill, linewidths=0.5)

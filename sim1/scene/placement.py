@@ -6,6 +6,7 @@ import trimesh
 from sim1.stage import BadInput
 
 FLAT_SHARE = 0.3  # thinner than this share of its other extents counts as scanned lying, like a towel
+NEARLY_SQUARE = 1.05  # longer by less than this factor is not longer
 
 
 def lying_pose(vertices_m: np.ndarray, top_m: float, gap_m: float) -> np.ndarray:
@@ -35,7 +36,11 @@ def lying_pose(vertices_m: np.ndarray, top_m: float, gap_m: float) -> np.ndarray
 
 def _turn_of_flat(vertices_m: np.ndarray) -> np.ndarray:
     to_origin, sides = trimesh.bounds.oriented_bounds_2D(vertices_m[:, :2])
-    along = to_origin[:2, :2][0 if sides[0] > sides[1] else 1]  # direction of the longer side
+    first, second = to_origin[:2, :2]  # directions of the two sides
+    if max(sides) < NEARLY_SQUARE * min(sides):
+        along = first if abs(first[1]) > abs(second[1]) else second  # as it was scanned: no side is the longer one
+    else:
+        along = first if sides[0] > sides[1] else second
     if along[1] < 0 or (along[1] == 0 and along[0] > 0):
         along = -along  # the smaller of the two possible turns
     forward = np.array([along[1], -along[0]])
