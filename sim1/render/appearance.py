@@ -10,7 +10,7 @@ type Color = tuple[float, float, float]  # sRGB in [0, 1]
 
 FABRICS = ("plain", "stripes", "checks", "dots")
 TABLES = ("wood", "plain", "marble")
-MIN_CONTRAST = 0.25  # between the means of garment and table, sRGB distance: the garment has to be seen
+MIN_CONTRAST = 0.3  # between the means of garment and table, sRGB distance: the garment has to be seen
 MAX_ATTEMPTS = 200
 
 
@@ -129,7 +129,7 @@ def _draw_table(stream: np.random.Generator, fabric: Fabric) -> Table:
     return Table(
         kind=kind,
         base=base,
-        accent=tuple(0.55 * channel if max(base) > 0.3 else 0.6 + 0.4 * channel for channel in base),
+        accent=tuple(0.55 * channel if max(base) > 0.3 else 0.3 + 0.7 * channel for channel in base),
         grain_m=float(stream.uniform(0.1, 0.3) if kind == "marble" else stream.uniform(0.02, 0.08)),
         roughness=float(stream.uniform(0.25, 0.8)),
     )
@@ -142,7 +142,7 @@ def _draw_lamp(stream: np.random.Generator) -> Lamp:
         position_m=tuple(float(distance * value) for value in (x, y, np.sin(elevation))),
         side_m=float(stream.uniform(0.3, 1.2)),
         # Illuminance falls with the square of the distance; what varies is the light that arrives.
-        power_w=float(stream.uniform(10.0, 30.0) * distance**2),
+        power_w=float(stream.uniform(8.0, 22.0) * distance**2),
         color=_hsv(stream.choice([0.09, 0.6]), stream.uniform(0.0, 0.25), 1.0),
     )
 

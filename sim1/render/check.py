@@ -12,7 +12,7 @@ from sim1.stage import BadInput, Finding
 
 MIN_MEAN, MAX_MEAN = 6.0, 249.0  # grey levels of 255: neither black nor burnt out
 MIN_SPREAD = 4.0  # standard deviation in a frame, grey levels: not one colour
-MIN_CONTRAST = 12.0  # distance of the garment's mean colour from its surroundings', grey levels
+MIN_CONTRAST = 8.0  # distance of the garment's mean colour from its surroundings', grey levels
 MIN_SHARE = 0.01  # of the picture that the garment covers in the first frame
 
 

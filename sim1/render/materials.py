@@ -120,7 +120,7 @@ def table_material(table: Table) -> bpy.types.Material:
         if table.kind == "wood":
             color = graph.ramp(noise.outputs[0], (0.3, table.accent), (0.6, table.base))
         else:
-            color = graph.ramp(noise.outputs[0], (0.47, table.base), (0.5, table.accent), (0.53, table.base))
+            color = graph.ramp(noise.outputs[0], (0.42, table.base), (0.5, table.accent), (0.58, table.base))
     graph.set(graph.surface.inputs["Base Color"], color)
     graph.set(graph.surface.inputs["Roughness"], table.roughness)
     return graph.material

@@ -95,6 +95,7 @@ def write_inputs(folder: Path, frame_count: int = 7) -> dict[str, dict[str, Path
             base_to_world=bases,
             garment_place=np.eye(4),
             cameras={"head": Camera(width=640, height=480, fy_px=420.0, pose=looking_at_origin((-0.45, 0.0, 0.8)))},
+            home_rad={arm: np.full(6, 0.5) for arm in ARMS},
             wrist_cameras={arm: Camera(width=640, height=480, fy_px=420.0, pose=wrist, link="link6") for arm in ARMS},
         ),
     )
