@@ -1,0 +1,148 @@
+"""Make one artifact: gather verified inputs, run the stage, check what it made, put it in place."""
+
+import errno
+import json
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from assets_defs._config import check_function, config_of, stage_function
+from assets_defs._digest import digest_json
+from assets_defs._recipe import Key, Snapshot
+from assets_defs._store import StoreError, place, verified
+from pipeline import Home, Node
+from sim1 import progress
+from sim1.stage import BadInput, Finding
+
+
+@dataclass(frozen=True)
+class Made:
+    """An artifact in its place."""
+
+    path: Path
+    record: dict[str, Any]  # recipe, parts, facts, findings, seconds, data_version, files
+    findings: list[Finding]
+
+
+class NotMade(RuntimeError):
+    """No artifact was made, and the one before it, if any, is untouched. `findings` are set when a check failed."""
+
+    def __init__(self, message: str, *, findings: list[Finding] = (), transient: bool = False):
+        super().__init__(message)
+        self.findings = list(findings)
+        self.transient = transient  # worth another try as it is
+
+
+def produce(home: Home, snapshot: Snapshot, node: Node, key: Key, sink: progress.Sink) -> Made:
+    """Make the artifact of `node` for garment `key` in the store.
+
+    Raises:
+        NotMade: an input is missing, damaged or wrong, the stage failed, or its artifact failed a blocking check.
+    """
+    at = place(home, node, key)
+    # Taken before the work starts: an input that changes meanwhile leaves the result stale, never falsely fresh.
+    parts = snapshot.parts(node, key)
+    if parts is None:
+        raise NotMade(f"{label(node, key)}: {snapshot.status(node, key).why}; run it first: sim1 run")
+    recipe = digest_json(parts)
+    try:
+        with at.locked():
+            try:
+                return _produce(home, snapshot, node, key, sink, parts, recipe)
+            except NotMade as error:
+                if not error.transient:
+                    at.fail(recipe, str(error))
+                raise
+    except StoreError as error:
+        raise NotMade(f"{label(node, key)}: {error}") from error
+
+
+def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
+    at = place(home, node, key)
+    inputs = _inputs(home, snapshot, node, key)
+    started = time.perf_counter()
+    try:
+        part = at.begin()
+        with progress.listening(sink):
+            facts = stage_function(node.stage.run)(inputs, part, config_of(node))
+        check = check_function(node)
+        findings = check(part) if check else []
+        if not any(part.iterdir()):
+            raise NotMade(f"{label(node, key)}: the stage wrote nothing")
+    except (BadInput, StoreError) as error:
+        raise NotMade(f"{label(node, key)}: {error}") from error
+    except OSError as error:
+        raise NotMade(
+            f"{label(node, key)}: {_explained(error, at.part)}", transient=error.errno != errno.ENOSPC
+        ) from error
+    if failed := [finding for finding in findings if finding.blocking and not finding.passed]:
+        at.reject()
+        reasons = "; ".join(f"{finding.name}: {finding.detail}" for finding in failed)
+        raise NotMade(
+            f"{label(node, key)}: failed its checks: {reasons} (kept for a look in {at.rejected})", findings=findings
+        )
+    record = {
+        "schema": "sim1.artifact/1",
+        "stage": node.stage.name,
+        "variant": node.variant,
+        "garment": key,
+        "recipe": recipe,
+        "parts": parts,
+        "facts": json.loads(json.dumps(facts)),
+        "findings": [vars(finding) for finding in findings],
+        "seconds": round(time.perf_counter() - started, 3),
+    }
+    try:
+        return Made(at.final, at.commit(record), findings)
+    except OSError as error:
+        raise NotMade(
+            f"{label(node, key)}: {_explained(error, at.part)}", transient=error.errno != errno.ENOSPC
+        ) from error
+
+
+def _inputs(home: Home, snapshot: Snapshot, node: Node, key: Key) -> dict[str, dict[str, Path]]:
+    inputs: dict[str, dict[str, Path]] = {name: {} for name in node.needs}
+    for name, parent, parent_key in snapshot.parents(node, key):
+        folder, record = verified(home, parent, parent_key)
+        if record["data_version"] != snapshot.version(parent, parent_key):
+            raise StoreError(f"{folder}: is not the version that the event log knows; run it again: sim1 run")
+        inputs[name][parent_key or ""] = folder
+    for name, template in node.stage.sources.items():
+        source = home.root / template.format(garment=key)
+        if not source.exists():
+            raise BadInput(f"{source}: missing; stage {node.stage.name} needs it (its source {name!r})")
+        inputs[name] = {key or "": source}
+    for name, template in node.stage.optional_sources.items():
+        source = home.root / template.format(garment=key)
+        inputs[name] = {key or "": source} if source.exists() else {}
+    if node.stage.timings:
+        inputs["timings"] = {"": _timings(home, snapshot, place(home, node, key).part)}
+    return inputs
+
+
+def _timings(home: Home, snapshot: Snapshot, beside: Path) -> Path:
+    """File {node: {garment: seconds}} of all artifacts that exist, written outside the artifact to be made."""
+    seconds: dict[str, dict[str, float]] = {}
+    for node, key in snapshot.artifacts():
+        if record := place(home, node, key).record():
+            seconds.setdefault(node.id, {})[key or ""] = record["seconds"]
+    path = beside.with_name("timings.json")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(seconds, indent=1, sort_keys=True) + "\n")
+    return path
+
+
+def _explained(error: OSError, part: Path) -> str:
+    if error.errno == errno.ENOSPC:
+        free = os.statvfs(part.parent)
+        return (
+            f"the disk is full: {error.filename or part} ({free.f_bavail * free.f_frsize / 2**20:.0f} MiB free); "
+            "free some space and run again, nothing that was made before is lost"
+        )
+    return f"{error.strerror or error}: {error.filename or part}"
+
+
+def label(node: Node, key: Key) -> str:
+    return f"{node.id}/{key}" if key else node.id

@@ -1,0 +1,133 @@
+"""`sim1 run`: the regeneration with progress bars and a summary."""
+
+import time
+
+import dagster as dg
+from rich.console import Console
+from rich.live import Live
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from assets_defs._regenerate import Report, regenerate
+from assets_defs._store import StoreError
+from assets_defs._summary import write_summary
+from pipeline import Graph, Home
+
+
+def selected(graph: Graph, stages: list[str] | None, variant: str | None) -> set[str]:
+    """Node ids of the stages (of any variant, or of one) and everything that they need.
+
+    Raises:
+        ValueError: an unknown stage or variant.
+    """
+    if variant not in (None, "base", *graph.variants):
+        raise ValueError(f"--variant {variant}: there are {['base', *graph.variants]}")
+    wanted = set()
+    names = {node.stage.name for node in graph.nodes.values()}
+    for name in stages or []:
+        if name not in names and name not in graph.nodes:
+            raise ValueError(f"--select {name}: there is no such stage; there are {sorted(names)}")
+    for node in graph.nodes.values():
+        in_variant = variant is None or node.variant == (None if variant == "base" else variant)
+        if in_variant and (not stages or node.stage.name in stages or node.id in stages):
+            wanted.add(node.id)
+    if variant == "base":
+        wanted = {id_ for id_ in wanted if not graph.nodes[id_].stage.compares}
+    return graph.ancestors(wanted)
+
+
+class _Bars:
+    """Observer that draws one bar for the whole and one for each artifact under way."""
+
+    def __init__(self, console: Console):
+        self.console = console
+        self.bars = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(bar_width=24),
+            TextColumn("{task.fields[note]}"),
+            TimeElapsedColumn(),
+            console=console,
+        )
+        self.whole = self.bars.add_task("[bold]all", total=None, note="")
+        self.tasks: dict[str, int] = {}
+        self.done = 0
+
+    def plan(self, seconds_left: float, count_left: int) -> None:
+        note = f"{count_left} to make, about {_duration(seconds_left)} left" if count_left else ""
+        self.bars.update(self.whole, total=self.done + count_left, completed=self.done, note=note)
+
+    def started(self, name: str) -> None:
+        self.tasks[name] = self.bars.add_task(name, total=None, note="")
+        if not self.console.is_terminal:
+            self.console.print(f"{name}: started", highlight=False)
+
+    def progress(self, name: str, done: float, total: float, what: str) -> None:
+        task = self.bars.tasks[[task.id for task in self.bars.tasks].index(self.tasks[name])]
+        left = f", {_duration(task.elapsed * (total - done) / done)} left" if done and total and task.elapsed else ""
+        self.bars.update(self.tasks[name], completed=done, total=total or None, note=f"{what} {done:g}/{total:g}{left}")
+
+    def finished(self, name: str, seconds: float, message: str) -> None:
+        self.bars.remove_task(self.tasks.pop(name))
+        self.done += not message
+        mark = f"[red]failed[/red] {message}" if message else "[green]made[/green]"
+        self.console.print(f"{name}: {mark} ({_duration(seconds)})", highlight=False, soft_wrap=True)
+
+
+def run_with_progress(home: Home, graph: Graph, nodes: set[str], garments: list[str] | None, jobs: int) -> int:
+    """Regenerate, draw progress, write the summary page, print where things are. Returns the exit code."""
+    console = Console()
+    began = time.monotonic()
+    home.remember_profile(graph.profile)
+    bars = _Bars(console)
+    with dg.DagsterInstance.get() as instance:
+        try:
+            with Live(bars.bars, console=console, refresh_per_second=4, transient=True):
+                report = regenerate(home, graph, instance, nodes=nodes, garments=garments, jobs=jobs, observer=bars)
+        except StoreError as error:
+            console.print(f"[red]sim1: {error}")
+            return 2
+        except KeyboardInterrupt:
+            console.print("interrupted; what was made is kept, `sim1 run` goes on from here")
+            return 130
+    page = write_summary(home, graph)
+    _print_summary(console, home, graph, report, page, time.monotonic() - began)
+    return 1 if report.failed or report.waiting else 0
+
+
+def _print_summary(console: Console, home: Home, graph: Graph, report: Report, page, seconds: float) -> None:
+    if report.made:
+        table = Table("stage", "artifacts", "seconds", title="made")
+        by_stage: dict[str, list[float]] = {}
+        for name, taken in report.made.items():
+            by_stage.setdefault(
+                next(
+                    id_
+                    for id_ in sorted(graph.nodes, key=len, reverse=True)
+                    if name == id_ or name.startswith(id_ + "/")
+                ),
+                [],
+            ).append(taken)
+        for id_, times in by_stage.items():
+            table.add_row(id_, str(len(times)), f"{sum(times):.1f}")
+        console.print(table)
+    console.print(
+        f"{len(report.made)} made, {report.fresh} fresh already, {len(report.failed)} failed, "
+        f"{len(report.waiting)} waiting; profile {graph.profile}; {_duration(seconds)}"
+    )
+    for name, message in report.failed.items():
+        console.print(f"[red]failed[/red] {name}: {message}", soft_wrap=True, highlight=False)
+    store = home.store.relative_to(home.root)
+    for title, path in (
+        ("dataset", store / "dataset" / "_" / "lerobot"),
+        ("scaling report", store / "scaling_report" / "_" / "report.html"),
+        ("ablation report", store / "ablation_report" / "_" / "report.html"),
+        ("cost report", store / "cost_report" / "_" / "report.html"),
+        ("everything on one page", page.relative_to(home.root)),
+    ):
+        if (home.root / path).exists():
+            console.print(f"{title}: {path}", highlight=False)
+
+
+def _duration(seconds: float) -> str:
+    seconds = round(seconds)
+    return f"{seconds // 60} min {seconds % 60} s" if seconds >= 60 else f"{seconds} s"

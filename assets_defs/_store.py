@@ -1,0 +1,162 @@
+"""Artifacts on disk: written beside their place, checked, then renamed; verified before anyone reads them.
+
+`data/store/STAGE/GARMENT/` (or `_` for a joint artifact; `data/store/variants/V/STAGE/...`) holds the artifact and its
+record `artifact.json`. Beside it may stand `GARMENT.part` (being made), `GARMENT.old` (being replaced), `GARMENT.rejected`
+(failed its checks) and `GARMENT.failed.json` (why the last try failed).
+"""
+
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from assets_defs._digest import RECORD, content_files, digest_file, digest_files
+from pipeline import Home, Node
+
+JOINT = "_"
+
+
+class StoreError(RuntimeError):
+    """An artifact can't be read or written; the message names the file and the remedy."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the artifact of a node and a garment lies."""
+
+    final: Path
+
+    @property
+    def part(self) -> Path:
+        return self.final.with_name(self.final.name + ".part")
+
+    @property
+    def old(self) -> Path:
+        return self.final.with_name(self.final.name + ".old")
+
+    @property
+    def rejected(self) -> Path:
+        return self.final.with_name(self.final.name + ".rejected")
+
+    @property
+    def failure(self) -> Path:
+        return self.final.with_name(self.final.name + ".failed.json")
+
+    def record(self) -> dict[str, Any] | None:
+        """The artifact's record, or None where there is no whole artifact."""
+        self._recover()
+        try:
+            return json.loads((self.final / RECORD).read_text())
+        except (OSError, ValueError):
+            return None
+
+    def damage(self, record: dict[str, Any], *, thorough: bool) -> str | None:
+        """What is wrong with the artifact's files, or None. Not thorough: files with their size and time unchanged pass."""
+        present = dict(content_files(self.final))
+        for name, known in record["files"].items():
+            if (file := present.pop(name, None)) is None:
+                return f"{name} is missing"
+            stat = file.stat()
+            if stat.st_size != known["size"]:
+                return f"{name} has {stat.st_size} bytes, was made with {known['size']}"
+            unchanged = stat.st_mtime_ns == known["mtime_ns"]
+            if (thorough or not unchanged) and digest_file(file) != known["sha256"]:
+                return f"{name} has other content than was made"
+        return f"{min(present)} does not belong to it" if present else None
+
+    def begin(self) -> Path:
+        """An empty folder to make the artifact in."""
+        shutil.rmtree(self.part, ignore_errors=True)
+        self.part.mkdir(parents=True)
+        return self.part
+
+    def commit(self, record: dict[str, Any]) -> dict[str, Any]:
+        """Put the finished `.part` in place of the artifact and return its record, with data version and files."""
+        files = {}
+        for name, file in content_files(self.part):
+            stat = file.stat()
+            files[name] = {"size": stat.st_size, "mtime_ns": stat.st_mtime_ns, "sha256": digest_file(file)}
+        version = digest_files({name: known["sha256"] for name, known in files.items()})
+        whole = {**record, "data_version": version, "files": files}
+        (self.part / RECORD).write_text(json.dumps(whole, indent=1, sort_keys=True) + "\n")
+        shutil.rmtree(self.old, ignore_errors=True)
+        if self.final.exists():
+            self.final.rename(self.old)
+        self.part.rename(self.final)
+        shutil.rmtree(self.old, ignore_errors=True)
+        self.failure.unlink(missing_ok=True)
+        shutil.rmtree(self.rejected, ignore_errors=True)
+        return whole
+
+    def reject(self) -> None:
+        """Keep an artifact that failed its checks for a person to look at, away from the good one."""
+        shutil.rmtree(self.rejected, ignore_errors=True)
+        self.part.rename(self.rejected)
+
+    def fail(self, recipe: str, message: str) -> None:
+        """Remember why this recipe failed, so that automation does not try it again and again."""
+        self.final.parent.mkdir(parents=True, exist_ok=True)
+        part = self.failure.with_suffix(".part")
+        part.write_text(json.dumps({"recipe": recipe, "message": message}, indent=1) + "\n")
+        part.rename(self.failure)
+
+    def failed(self) -> dict[str, str] | None:
+        try:
+            return json.loads(self.failure.read_text())
+        except (OSError, ValueError):
+            return None
+
+    def _recover(self) -> None:
+        # Killed between the two renames of commit: the old artifact is whole, the new one may not be recorded anywhere.
+        if self.old.exists() and not self.final.exists():
+            self.old.rename(self.final)
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the artifact for writing; a killed process lets go by itself.
+
+        Raises:
+            StoreError: another process is making it.
+        """
+        path = self.final.with_name(self.final.name + ".lock")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("a+") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                file.seek(0)
+                raise StoreError(
+                    f"{self.final}: process {file.read().strip() or '?'} is making it; wait for it or stop it"
+                ) from None
+            file.seek(0)
+            file.truncate()
+            file.write(str(os.getpid()))
+            file.flush()
+            self._recover()
+            yield
+
+
+def place(home: Home, node: Node, key: str | None) -> Place:
+    """Place of the artifact of `node` for garment `key` (None: joint)."""
+    root = home.store / "variants" / node.variant if node.variant else home.store
+    return Place(root / node.stage.name / (key or JOINT))
+
+
+def verified(home: Home, node: Node, key: str | None) -> tuple[Path, dict[str, Any]]:
+    """Folder and record of an artifact whose every byte is as it was made.
+
+    Raises:
+        StoreError: it is missing or damaged.
+    """
+    at = place(home, node, key)
+    again = f"make it again: sim1 run --select {node.id}" + (f" --garment {key}" if key else "")
+    if (record := at.record()) is None:
+        raise StoreError(f"{at.final}: the artifact is missing; {again}")
+    if damage := at.damage(record, thorough=True):
+        raise StoreError(f"{at.final}: damaged: {damage}; {again}")
+    return at.final, record

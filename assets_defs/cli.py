@@ -1,0 +1,152 @@
+"""The command line `sim1`. Imports what a command needs when it runs, so that `--help` answers at once."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="sim1",
+    help="From a garment scan and a few demonstrations to a robot-learning dataset.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+Profile = Annotated[str | None, typer.Option(help="Sizes: smoke, quick or paper. Default: that of the last run.")]
+Garments = Annotated[list[str] | None, typer.Option("--garment", help="Only this garment (may be repeated).")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+
+
+def _open_home(profile: str | None, *, offline: bool = True):
+    """Point Dagster at this project and load its graph; errors end the program with one line."""
+    from pipeline import GraphError, Home, load_graph
+
+    home = Home.here()
+    os.environ["SIM1_HOME"] = os.environ["DAGSTER_HOME"] = str(home.root)
+    if profile:
+        os.environ["SIM1_PROFILE"] = profile
+    os.chdir(home.root)
+    if not (home.root / "dagster.yaml").is_file():
+        _stop(
+            f"{home.root}/dagster.yaml is missing: without it Dagster would use a throw-away instance; restore the file"
+        )
+    if offline:
+        os.environ.setdefault("HF_HUB_OFFLINE", "1")
+    try:
+        from assets_defs._config import check_configs
+
+        graph = load_graph(home)
+        check_configs(graph)
+        home.garments()
+    except (GraphError, ValueError) as error:
+        _stop(str(error))
+    return home, graph
+
+
+def _stop(message: str) -> None:
+    typer.secho(f"sim1: {message}", fg="red", err=True)
+    raise typer.Exit(2)
+
+
+@app.command()
+def run(
+    profile: Profile = None,
+    garment: Garments = None,
+    select: Annotated[list[str] | None, typer.Option(help="Only this stage and what it needs (repeatable).")] = None,
+    variant: Annotated[str | None, typer.Option(help="Only this ablation variant, or 'base' for none.")] = None,
+    jobs: Annotated[int, typer.Option(help="Worker processes; 0 works in this process.")] = min(2, os.cpu_count() or 1),
+) -> None:
+    """Make everything that is not fresh. A killed run goes on where it was."""
+    home, graph = _open_home(profile)
+    from assets_defs._run import run_with_progress, selected
+
+    try:
+        nodes = selected(graph, select, variant)
+        if unknown := set(garment or []) - set(home.garments()):
+            _stop(
+                f"--garment {sorted(unknown)[0]}: there is no data/garments/{sorted(unknown)[0]}.yaml; there are {home.garments()}"
+            )
+    except ValueError as error:
+        _stop(str(error))
+    raise typer.Exit(run_with_progress(home, graph, nodes, garment, jobs))
+
+
+@app.command()
+def status(profile: Profile = None, as_json: AsJson = False) -> None:
+    """Stage x garment: fresh, stale and why, missing."""
+    home, graph = _open_home(profile)
+    from assets_defs._status import print_status
+
+    print_status(home, graph, as_json=as_json)
+
+
+@app.command()
+def audit(
+    asset: Annotated[str, typer.Argument(help="STAGE, STAGE/GARMENT or VARIANT/STAGE[/GARMENT].")],
+    against: Annotated[str | None, typer.Option(help="Variant to compare with.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """What made an artifact: every ancestor with version, config, seed and data version."""
+    home, graph = _open_home(None)
+    from assets_defs._audit import print_audit
+
+    try:
+        print_audit(home, graph, asset, against, as_json=as_json)
+    except LookupError as error:
+        _stop(str(error.args[0]))
+
+
+@app.command()
+def clean(
+    everything: Annotated[bool, typer.Option("--all", help="All artifacts and the event log too.")] = False,
+    garment: Garments = None,
+    select: Annotated[list[str] | None, typer.Option(help="Only this stage's artifacts (repeatable).")] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
+) -> None:
+    """Remove leftovers of interrupted and rejected runs; with options, artifacts."""
+    home, graph = _open_home(None)
+    from assets_defs._clean import clean as remove
+    from assets_defs._clean import doomed
+
+    try:
+        paths = doomed(home, graph, everything=everything, garments=garment, stages=select)
+    except ValueError as error:
+        _stop(str(error))
+    if not paths:
+        typer.echo("nothing to remove")
+        return
+    for path in paths[:20]:
+        typer.echo(f"  {path.relative_to(home.root)}")
+    if len(paths) > 20:
+        typer.echo(f"  and {len(paths) - 20} more")
+    if not yes and not typer.confirm(f"Remove these {len(paths)}?"):
+        raise typer.Exit(1)
+    typer.echo(f"removed {remove(home, paths) / 2**20:.1f} MiB")
+
+
+@app.command()
+def doctor(as_json: AsJson = False) -> None:
+    """What works on this machine, what is missing, and how to get it."""
+    from assets_defs._doctor import print_doctor
+
+    raise typer.Exit(print_doctor(as_json=as_json))
+
+
+@app.command()
+def ui(
+    port: Annotated[int, typer.Option(help="Port of the web page.")] = 3000,
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    profile: Profile = None,
+) -> None:
+    """Dagster's web page for this project, with the daemon that runs schedule and automation."""
+    home, _ = _open_home(profile)
+    binary = Path(sys.executable).with_name("dagster")
+    os.execv(binary, [str(binary), "dev", "-h", host, "-p", str(port), "-w", str(home.root / "workspace.yaml")])
+
+
+def main() -> None:
+    """Entry point."""
+    app()

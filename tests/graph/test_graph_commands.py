@@ -1,0 +1,100 @@
+"""The command line: status, audit, clean, and errors as one line."""
+
+import json
+
+import pytest
+
+
+def test_status_tells_fresh_from_stale_and_why(project):
+    rows = json.loads(project.command("status", "--json").stdout)["artifacts"]
+    assert {row["state"] for row in rows} == {"missing"}
+    project.run()
+    project.add_garment("towel", "point 0 0 5")
+    rows = json.loads(project.command("status", "--json").stdout)["artifacts"]
+    by_name = {(row["asset"], row["garment"]): row for row in rows}
+    assert by_name["scan", "towel"] == {
+        "asset": "scan",
+        "garment": "towel",
+        "state": "stale",
+        "why": "source scans changed",
+    }
+    assert by_name["dataset", None]["state"] == "waiting"
+    assert by_name["model", "shirt"]["state"] == "fresh"
+    assert "scan/towel: source scans changed" in project.command("status").stdout
+
+
+def test_audit_lists_every_ancestor_with_version_config_and_data(project):
+    (project.root / "pipeline" / "ablations.yaml").write_text("variants: {wide: {changes: {model: {width: 9}}}}\n")
+    project.stages(model={"config": {"seed": 7}})
+    project.run()
+    found = json.loads(project.command("audit", "dataset", "--json").stdout)["ancestry"]
+    assert set(found) == {
+        "dataset",
+        *(f"{stage}/{g}" for stage in ("scan", "mesh", "model") for g in ("shirt", "towel")),
+    }
+    assert found["model/towel"]["seed"] == 7
+    assert found["dataset"]["made_from"]["model:model/towel"] == found["model/towel"]["data_version"]
+    assert set(found["scan/towel"]["sources"]) == {"garment", "scans"}
+    rows = json.loads(project.command("audit", "dataset", "--against", "wide", "--json").stdout)["rows"]
+    assert {row["artifact"] for row in rows} == {"dataset", "model/shirt", "model/towel"}
+    assert {"width": [None, 9]} in [row["settings"] for row in rows]
+    assert "model/towel" in project.command("audit", "dataset").stdout
+    answer = project.command("audit", "datset")
+    assert answer.returncode == 2
+    assert "datset: no such asset" in answer.stderr
+
+
+def test_audit_shows_the_parents_that_an_artifact_was_made_from_even_when_they_changed_since(made):
+    before = json.loads(made.command("audit", "dataset", "--json").stdout)["ancestry"]
+    made.add_garment("towel", "point 3 3 3")
+    made.run(nodes={"scan", "mesh"})
+    after = json.loads(made.command("audit", "dataset", "--json").stdout)["ancestry"]
+    assert after == before
+
+
+def test_run_prints_what_it_made_and_fails_with_its_exit_code(project):
+    answer = project.command("run", "--select", "mesh", "--garment", "towel")
+    assert answer.returncode == 0, answer.stderr
+    assert "2 made" in answer.stdout
+    project.add_garment("towel", "bad")
+    answer = project.command("run")
+    assert answer.returncode == 1
+    assert "something else" in answer.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "--profile", "quik"], "profile 'quik' does not exist"),
+        (["run", "--garment", "sock"], "there is no data/garments/sock.yaml"),
+        (["run", "--select", "mehs"], "--select mehs: there is no such stage"),
+        (["run", "--variant", "wide"], "--variant wide"),
+    ],
+)
+def test_a_wrong_option_is_one_line_with_the_choices(project, arguments, said):
+    answer = project.command(*arguments)
+    assert answer.returncode == 2
+    assert said in answer.stderr
+    assert "Traceback" not in answer.stderr
+
+
+def test_without_dagster_yaml_the_command_refuses(project):
+    (project.root / "dagster.yaml").unlink()
+    answer = project.command("status")
+    assert answer.returncode == 2
+    assert "throw-away instance" in answer.stderr
+
+
+def test_clean_removes_leftovers_and_orphans_and_nothing_else(made):
+    store = made.home.store
+    (store / "mesh" / "towel.part").mkdir()
+    (store / "mesh" / "sock").mkdir()
+    (store / "gone_stage" / "towel").mkdir(parents=True)
+    answer = made.command("clean", "--yes")
+    assert answer.returncode == 0, answer.stderr
+    assert not (store / "mesh" / "towel.part").exists()
+    assert not (store / "mesh" / "sock").exists()
+    assert not (store / "gone_stage" / "towel").exists()
+    assert made.run().made == {}
+    assert made.command("clean", "--select", "model", "--garment", "towel", "--yes").returncode == 0
+    assert list(made.run().made) == ["model/towel"]

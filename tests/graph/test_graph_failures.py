@@ -1,0 +1,114 @@
+"""Bad input, damage, a full disk and killed processes: a clear error, and no good artifact lost."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from assets_defs._recipe import Snapshot
+from assets_defs._store import StoreError, place, verified
+
+
+def test_bad_input_names_the_fault_and_keeps_the_good_artifact(made):
+    good = place(made.home, made.graph.nodes["scan"], "towel").record()
+    made.add_garment("towel", "bad")
+    report = made.run()
+    assert "something else" in report.failed["scan/towel"]
+    assert report.waiting.keys() == {"mesh/towel", "model/towel", "dataset", "report"}
+    assert place(made.home, made.graph.nodes["scan"], "towel").record() == good
+    status = json.loads(made.command("status", "--json").stdout)
+    states = {(row["asset"], row["garment"]): row for row in status["artifacts"]}
+    assert states["scan", "towel"]["state"] == "failed"
+    assert "something else" in states["scan", "towel"]["why"]
+    made.add_garment("towel", "point 0 0 0")
+    assert not made.run().failed
+
+
+def test_an_artifact_that_fails_its_check_is_kept_out_of_the_store(made):
+    node = made.graph.nodes["mesh"]
+    good = place(made.home, node, "towel").record()
+    made.stages(mesh={"config": {"invalid": True}})
+    report = made.run()
+    assert "failed its checks: is_valid" in report.failed["mesh/towel"]
+    assert place(made.home, node, "towel").record() == good
+    assert place(made.home, node, "towel").rejected.is_dir()
+    assert "dataset" in report.waiting
+
+
+@pytest.mark.parametrize("damage", ["truncate", "append", "edit", "delete", "extra", "record"])
+def test_a_damaged_artifact_is_noticed_and_made_again(made, damage):
+    at = place(made.home, made.graph.nodes["mesh"], "towel")
+    file = at.final / "content.txt"
+    match damage:
+        case "truncate":
+            file.write_bytes(file.read_bytes()[:10])
+        case "append":
+            file.write_bytes(file.read_bytes() + b"x")
+        case "edit":
+            file.write_bytes(b"y" + file.read_bytes()[1:])
+        case "delete":
+            file.unlink()
+        case "extra":
+            (at.final / "stray.txt").write_text("?")
+        case "record":
+            (at.final / "artifact.json").write_text("{")
+    with pytest.raises(StoreError, match=r"sim1 run --select mesh --garment towel"):
+        verified(made.home, made.graph.nodes["mesh"], "towel")
+    assert list(made.run().made) == ["mesh/towel"]
+    verified(made.home, made.graph.nodes["mesh"], "towel")
+
+
+def test_a_full_disk_is_named_and_costs_nothing(made):
+    good = place(made.home, made.graph.nodes["mesh"], "towel").record()
+    made.stages(mesh={"config": {"no_space": True}})
+    report = made.run()
+    assert "the disk is full" in report.failed["mesh/towel"]
+    assert "free some space" in report.failed["mesh/towel"]
+    assert place(made.home, made.graph.nodes["mesh"], "towel").record() == good
+
+
+def test_a_worker_that_is_killed_fails_its_own_artifact_alone(project, tmp_path):
+    marker = tmp_path / "mended"
+    project.stages(mesh={"config": {"die_unless": str(marker)}})
+    report = project.run(jobs=1, nodes={"scan", "mesh"}, garments=["towel"])
+    assert "killed (out of memory?)" in report.failed["mesh/towel"]
+    assert list(report.made) == ["scan/towel"]
+    marker.write_text("")
+    report = project.run(jobs=1, nodes={"scan", "mesh"}, garments=["towel"])
+    assert list(report.made) == ["mesh/towel"]
+
+
+def test_a_run_that_is_killed_goes_on_where_it_was(project):
+    project.stages(model={"config": {"sleep_s": 30}})
+    program = [sys.executable, "-c", "from assets_defs.cli import main; main()", "run", "--jobs", "1"]
+    process = subprocess.Popen(program, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    part = place(project.home, project.graph.nodes["model"], "shirt").part
+    deadline = time.monotonic() + 60
+    while not part.exists() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert part.exists()
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    assert place(project.home, project.graph.nodes["model"], "shirt").record() is None
+    before = project.events()
+    assert before == ["scan/shirt", "scan/towel", "mesh/shirt", "mesh/towel"]
+    project.stages()
+    report = project.run()
+    assert sorted(report.made) == ["dataset", "model/shirt", "model/towel", "report"]
+    with project.instance() as instance:
+        snapshot = Snapshot(instance, project.graph, project.home)
+        assert {snapshot.status(node, key).state for node, key in snapshot.artifacts()} == {"fresh"}
+        running = [run for run in instance.get_runs() if not run.is_finished]
+        assert running == []
+
+
+def test_killed_between_the_two_renames_the_old_artifact_comes_back(made):
+    at = place(made.home, made.graph.nodes["mesh"], "towel")
+    good = at.record()
+    at.final.rename(at.old)
+    assert at.record() == good
+    assert made.run().made == {}

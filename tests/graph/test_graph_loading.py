@@ -1,0 +1,137 @@
+"""The graph's data are read strictly: a fault is one line that names file, stage and key."""
+
+import ast
+from pathlib import Path
+
+import pytest
+import yaml
+
+from assets_defs._config import check_configs
+from pipeline import GraphError, Home, load_graph
+from pipeline.home import PROFILES, REPOSITORY
+
+STAGES = [
+    "scan",
+    "garment_mesh",
+    "scene",
+    "recordings",
+    "calibrated_physics",
+    "mismatch_report",
+    "seed_demos",
+    "segment_pool",
+    "motion_model",
+    "candidate_trajectories",
+    "state_rules",
+    "video_discriminator",
+    "valid_trajectories",
+    "rendered_episodes",
+    "dataset",
+    "policy",
+    "scaling_report",
+    "ablation_report",
+    "cost_report",
+]
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_every_profile_of_the_project_loads_with_valid_settings(profile):
+    graph = load_graph(Home(REPOSITORY), profile)
+    check_configs(graph)
+    assert {node.stage.name for node in graph.nodes.values()} == set(STAGES)
+
+
+def test_the_shipped_garments_each_have_a_scan_and_a_task():
+    home = Home(REPOSITORY)
+    assert home.garments() == ["polo", "shorts", "towel", "tshirt"]
+    for name in home.garments():
+        assert any((REPOSITORY / "data" / "scans" / name).iterdir())
+        assert (REPOSITORY / "data" / "tasks" / f"{name}.yaml").is_file()
+
+
+def test_a_variant_has_assets_of_its_own_only_downstream_of_what_it_changes():
+    graph = load_graph(Home(REPOSITORY), "quick")
+    own = {id_ for id_ in graph.nodes if id_.startswith("without_video/")}
+    assert own == {f"without_video/{name}" for name in ("valid_trajectories", "rendered_episodes", "dataset", "policy")}
+    assert graph.nodes["without_video/valid_trajectories"].needs["candidate_trajectories"] == "candidate_trajectories"
+    assert graph.nodes["without_video/dataset"].needs["rendered_episodes"] == "without_video/rendered_episodes"
+    assert graph.nodes["ablation_report"].needs["without_video/policy"] == "without_video/policy"
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"mesh": {"ned": ["scan"]}}, "stage 'mesh': key 'ned'"),
+        ({"mesh": {"needs": ["scna"]}}, "stage 'mesh' needs 'scna', which is not a stage"),
+        ({"scan": {"needs": ["model"]}}, "need each other in a loop"),
+        ({"mesh": {"version": 0}}, "stage 'mesh': key 'version'"),
+        ({"mesh": {"version": "one"}}, "stage 'mesh': key 'version'"),
+        ({"mesh": {"run": "no function"}}, "stage 'mesh': key 'run'"),
+        ({"mesh": {"needs": ["dataset"]}}, "one garment's change would re-derive every garment"),
+        ({"model": {"name": "mesh"}}, "stage 'mesh' is declared twice"),
+        ({"dataset": {"needs": ["report"]}}, "loop"),
+        ({"dataset": {"sources": {"scans": "data/scans/{garment}"}}}, "source 'data/scans/{garment}'"),
+        ({"mesh": {"sources": {"scan": "data/scans/{garment}"}}}, "share the name ['scan']"),
+    ],
+)
+def test_a_fault_in_stages_yaml_is_named(project, change, said):
+    project.stages(**change)
+    with pytest.raises(GraphError) as error:
+        _ = project.graph
+    assert said in str(error.value)
+    assert "stages.yaml" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_fault_in_a_profile_or_a_variant_is_named(project):
+    folder = project.root / "pipeline"
+    (folder / "profiles" / "quick.yaml").write_text("mehs: {size: 1}\n")
+    with pytest.raises(GraphError, match=r"quick\.yaml: 'mehs' is not a stage"):
+        _ = project.graph
+    (folder / "profiles" / "quick.yaml").write_text("mesh: 3\n")
+    with pytest.raises(GraphError, match=r"stage 'mesh': expected settings"):
+        _ = project.graph
+    (folder / "profiles" / "quick.yaml").write_text("mesh: {unclosed\n")
+    with pytest.raises(GraphError, match=r"quick\.yaml: not YAML"):
+        _ = project.graph
+    (folder / "profiles" / "quick.yaml").write_text("{}\n")
+    (folder / "ablations.yaml").write_text(yaml.safe_dump({"variants": {"fast": {"change": {}}}}))
+    with pytest.raises(GraphError, match=r"variant 'fast': expected the keys"):
+        _ = project.graph
+    with pytest.raises(GraphError, match=r"profile 'quik' does not exist; there are \['quick'\]"):
+        load_graph(project.home, "quik")
+
+
+def test_an_unknown_setting_is_refused_with_stage_and_key():
+    graph = load_graph(Home(REPOSITORY), "smoke")
+    node = graph.nodes["garment_mesh"]
+    broken = type(graph)(
+        {"garment_mesh": type(node)(stage=node.stage, variant=None, config={"edge_lenght_m": 1})}, "smoke", ()
+    )
+    with pytest.raises(GraphError, match=r"stage 'garment_mesh': key 'edge_lenght_m'"):
+        check_configs(broken)
+
+
+def test_a_garment_with_a_name_that_is_no_key_is_refused(project):
+    project.add_garment("My Towel")
+    with pytest.raises(ValueError, match=r"My Towel\.yaml: a garment's name"):
+        project.home.garments()
+
+
+@pytest.mark.parametrize(
+    ("room", "banned"),
+    [("pipeline", ("dagster", "sim1", "assets_defs")), ("sim1", ("dagster", "pipeline", "assets_defs"))],
+)
+def test_imports_go_one_way(room, banned):
+    for path in sorted((REPOSITORY / room).rglob("*.py")):
+        for name in _imports(path):
+            assert name.split(".")[0] not in banned, f"{path.relative_to(REPOSITORY)} imports {name}"
+
+
+def _imports(path: Path) -> list[str]:
+    found = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.append(node.module)
+    return found

@@ -1,0 +1,134 @@
+"""What is re-derived after a change, counted from the event log."""
+
+import dagster as dg
+import pytest
+
+from assets_defs._factory import GARMENTS
+from assets_defs._produce import produce
+from assets_defs._recipe import RECIPE_TAG, Snapshot, asset_key
+from assets_defs._regenerate import sync_garments
+
+TOWEL_CHAIN = ["scan/towel", "mesh/towel", "model/towel", "dataset", "report"]
+
+
+def changed_since(project, before: list[str]) -> list[str]:
+    events = project.events()
+    assert events[: len(before)] == before
+    return events[len(before) :]
+
+
+def test_only_what_depends_on_a_change_is_made_again(made):
+    before = made.events()
+
+    assert made.run().made == {}
+    assert changed_since(made, before) == []
+
+    made.add_garment("towel", "point 0 0 1")
+    made.run()
+    assert changed_since(made, before) == TOWEL_CHAIN
+
+    # A comment changes the file and not the artifact: the chain ends at the first unchanged output.
+    before = made.events()
+    made.add_garment("towel", "# measured on Monday\npoint 0 0 1")
+    made.run()
+    assert changed_since(made, before) == ["scan/towel"]
+
+    before = made.events()
+    made.stages(model={"config": {"width": 3}})
+    made.run()
+    assert changed_since(made, before) == ["model/shirt", "model/towel", "dataset", "report"]
+
+    before = made.events()
+    made.stages(model={"config": {"width": 3}}, mesh={"version": 2})
+    made.run()
+    # The digest that the toy stage writes does not depend on the version, so nothing below it changes.
+    assert changed_since(made, before) == ["mesh/shirt", "mesh/towel"]
+
+    before = made.events()
+    made.add_garment("shorts")
+    made.run()
+    assert changed_since(made, before) == ["scan/shorts", "mesh/shorts", "model/shorts", "dataset", "report"]
+
+    before = made.events()
+    (made.root / "data" / "garments" / "shorts.yaml").unlink()
+    made.run()
+    assert changed_since(made, before) == ["dataset", "report"]
+
+
+def test_an_input_that_changes_while_its_artifact_is_made_leaves_it_stale(made):
+    made.stages(mesh={"config": {"sleep_s": 2}})
+    changed = False
+
+    class Meddler:
+        def plan(self, seconds_left, count_left): ...
+        def finished(self, name, seconds, message): ...
+        def progress(self, name, done, total, what):
+            nonlocal changed
+            if name == "mesh/towel" and not changed:
+                changed = True
+                made.add_garment("towel", "point 9 9 9")
+
+        def started(self, name): ...
+
+    before = made.events()
+    report = made.run(jobs=1, observer=Meddler())
+    events = changed_since(made, before)
+    assert not report.failed
+    # Once for the setting, once more for the edit; the shirt once.
+    assert events.count("mesh/towel") == 2
+    assert events.count("mesh/shirt") == 1
+    with made.instance() as instance:
+        snapshot = Snapshot(instance, made.graph, made.home)
+        assert {snapshot.status(node, key).state for node, key in snapshot.artifacts()} == {"fresh"}
+
+
+def test_one_of_150_parents_of_a_fan_in_is_noticed(project):
+    for number in range(148):
+        project.add_garment(f"g{number:03}")
+    with project.instance() as instance:
+        sync_garments(project.home, instance)
+        assert len(instance.get_dynamic_partitions(GARMENTS.name)) == 150
+
+        def make(node_ids, garments=None):
+            for node_id in node_ids:
+                snapshot = Snapshot(instance, project.graph, project.home)
+                node = project.graph.nodes[node_id]
+                for key in snapshot.keys(node):
+                    if garments is None or key in garments:
+                        record = produce(project.home, snapshot, node, key, lambda *_: None).record
+                        tags = {RECIPE_TAG: record["recipe"], "dagster/data_version": record["data_version"]}
+                        event = dg.AssetMaterialization(asset_key(node), partition=key, tags=tags)
+                        instance.report_runless_asset_event(event)
+
+        make(["scan", "mesh", "model", "dataset"])
+        dataset = project.graph.nodes["dataset"]
+        assert Snapshot(instance, project.graph, project.home).status(dataset, None).state == "fresh"
+        project.add_garment("g077", "point 7 7 7")
+        make(["scan", "mesh", "model"], ["g077"])
+        status = Snapshot(instance, project.graph, project.home).status(dataset, None)
+        assert status.state == "stale"
+        assert "g077" in status.why
+
+
+def test_variants_re_derive_their_own_assets_alone(project):
+    (project.root / "pipeline" / "ablations.yaml").write_text("variants: {wide: {changes: {model: {width: 9}}}}\n")
+    report = project.run()
+    own = sorted(name for name in report.made if name.startswith("wide/"))
+    assert own == ["wide/dataset", "wide/model/shirt", "wide/model/towel"]
+    before = project.events()
+    (project.root / "pipeline" / "ablations.yaml").write_text("variants: {wide: {changes: {model: {width: 10}}}}\n")
+    project.run()
+    assert changed_since(project, before) == ["wide/model/shirt", "wide/model/towel", "wide/dataset", "report"]
+
+
+def test_selected_stages_and_garments_alone_are_made(project):
+    report = project.run(nodes={"scan", "mesh"}, garments=["towel"])
+    assert sorted(report.made) == ["mesh/towel", "scan/towel"]
+
+
+def test_two_runs_at_once_are_refused(project):
+    from assets_defs._regenerate import _alone
+    from assets_defs._store import StoreError
+
+    with _alone(project.home), pytest.raises(StoreError, match=r"process \d+ is regenerating already"):
+        project.run()

@@ -1,0 +1,47 @@
+"""Stages that do next to nothing, for tests of the graph: the artifact is a digest of what went in."""
+
+import hashlib
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+from sim1.progress import track
+from sim1.stage import BadInput, Facts, Finding, Inputs
+
+
+def ingest(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
+    """Read a garment's text files without their comments: a comment-only edit gives the same artifact."""
+    lines = []
+    for name in sorted(inputs):
+        for path in inputs[name].values():
+            for file in sorted([path] if path.is_file() else path.rglob("*")):
+                lines += [line for line in file.read_text().splitlines() if line and not line.startswith("#")]
+    if "bad" in lines:
+        raise BadInput("scan.txt: line 1: bad (got 'bad'); write something else")
+    (out / "content.txt").write_text("\n".join(lines))
+    return {"lines": len(lines)}
+
+
+def work(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
+    """Digest of all inputs and the config; config keys `sleep_s`, `die`, `invalid` and `no_space` act as they say."""
+    digest = hashlib.sha256(repr(sorted((config or {}).items())).encode())
+    for name in sorted(set(inputs) - {"timings"}):
+        for garment, path in sorted(inputs[name].items()):
+            digest.update(f"{name}/{garment}".encode())
+            for file in sorted([path] if path.is_file() else path.rglob("*.txt")):
+                digest.update(file.read_bytes())
+    for _ in track(range(int(config.get("sleep_s", 0) * 20)), "sleeping"):
+        time.sleep(0.05)
+    if (marker := config.get("die_unless")) and not Path(marker).exists():
+        os.kill(os.getpid(), 9)
+    if config.get("no_space"):
+        raise OSError(28, "No space left on device", str(out / "content.txt"))
+    (out / "content.txt").write_text(digest.hexdigest() + ("\ninvalid" if config.get("invalid") else ""))
+    return {"inputs": sum(map(len, inputs.values()))}
+
+
+def check_mesh(artifact: Path) -> list[Finding]:
+    """Blocks an artifact that says it is invalid."""
+    text = (artifact / "content.txt").read_text()
+    return [Finding(name="is_valid", passed="invalid" not in text, detail=f"{len(text)} characters")]
