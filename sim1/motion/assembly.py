@@ -70,7 +70,7 @@ class Attempt:
 
     episode: Episode | None  # None where nothing ran
     sources: list[dict[str, Any]]
-    failure: str | None  # unreachable, too_fast, no_source_motion, simulation_broke; None when the whole path ran
+    failure: str | None  # unreachable, too fast, no source motion, simulation broke; None when the whole path ran
     detail: str
     placement: np.ndarray  # (4, 4)
     speed_share: float
@@ -177,7 +177,7 @@ def attempt(
     except Refused as error:
         failure, detail = error.failure, str(error)
     except broken as error:
-        failure, detail = "simulation_broke", str(error)
+        failure, detail = "simulation broke", str(error)
     return Attempt(
         episode=recorder.episode(), sources=sources, failure=failure, detail=detail, placement=placement,
         speed_share=follower.speed_share,
@@ -224,7 +224,7 @@ class _Follower:
     def _run(self, path: ToolPath, joints: np.ndarray, share: float) -> None:
         self.speed_share = max(self.speed_share, share)
         if share > 1:
-            raise Refused("too_fast", f"a joint would move at {share:.2f} times its speed limit")
+            raise Refused("too fast", f"a joint would move at {share:.2f} times its speed limit")
         self.recorder.run(joints, path.openness)
         self.joints_rad = joints[-1]
         self.trace = recent(joined(self.trace, path))
@@ -242,5 +242,5 @@ def _slice(segments: list[Segment], part: Segment | None, now: np.ndarray, start
     index = next(i for i, item in enumerate(parts) if part and item.segment == part.segment) if part else len(parts)
     before = parts[index - 1] if index else None
     if before is None or before.kind != "moving":
-        raise Refused("no_source_motion", "the source has no motion to slice there")
+        raise Refused("no source motion", "the source has no motion to slice there")
     return sliced(before.path, now, start)

@@ -19,12 +19,14 @@ from sim1.motion.assembly import Attempt, Source, Variation, attempt
 from sim1.motion.commands import Arms
 from sim1.motion.model import read_model
 from sim1.motion.pictures import draw_attempts
+from sim1.motion.placement import unplaced
 from sim1.motion.pool import read_pool
 from sim1.progress import track
+from sim1.robot.expert_task import read_task
 from sim1.scene.description import read_scene
 from sim1.stage import BadInput, Facts, Inputs, only, random_stream
 from sim1.validity.clips import head_clip, write_clip
-from sim1.validity.success import judge, read_task
+from sim1.validity.success import judge
 
 if TYPE_CHECKING:
     from sim1.motion.stage import CandidateTrajectoriesConfig
@@ -81,7 +83,7 @@ def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, 
         )
         stream = random_stream(config.seed, garment, "candidate", number)
         made = attempt(pool, source, model, arms, cell, variation, stream, SimulationBroke)
-        verdict = _judged(number, perturbed, made, mesh.faces, task)
+        verdict = _judged(number, perturbed, made, source.start_m, mesh.faces, task)
         rows.append(verdict.row())
         ends.append(made.episode.garment_m[-1] if made.episode else None)
         if made.episode:
@@ -121,10 +123,10 @@ def read_source(demos: Path) -> Source:
     )
 
 
-def _judged(number: int, perturbed: bool, made: Attempt, faces: np.ndarray, task: Any) -> _Judged:
+def _judged(number: int, perturbed: bool, made: Attempt, start_m: np.ndarray, faces: np.ndarray, task: Any) -> _Judged:
     success, failure, figures = False, made.failure, {}
     if made.failure is None and made.episode is not None:
-        judgement = judge(made.episode.garment_m, faces, task)
+        judgement = judge(unplaced(made.episode.garment_m, start_m), faces, task)
         success, failure, figures = judgement.success, judgement.failure, dict(judgement.figures)
     return _Judged(
         number=number, perturbed=perturbed, attempt=made, success=bool(success), failure=failure, figures=figures
@@ -139,7 +141,8 @@ def _with_record(episode: Episode, verdict: _Judged, garment: str, seed: int, me
         "attempt": verdict.number,
         "method": method,
         "perturbed": verdict.perturbed,
-        "sources": verdict.attempt.sources,
+        "sources": sorted({source["demo"] for source in verdict.attempt.sources}),
+        "segments": verdict.attempt.sources,
         "placement": verdict.attempt.placement.tolist(),
         "success": verdict.success,
         "failure": verdict.failure,

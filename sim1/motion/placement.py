@@ -39,3 +39,14 @@ def grasp_weight(garment_m: np.ndarray, grasps: list[int], reach_m: float) -> np
         return np.ones(len(garment_m))
     distance = np.linalg.norm(garment_m[:, None] - garment_m[grasps], axis=-1).min(axis=1)
     return floor + np.exp(-((distance / reach_m) ** 2))
+
+
+def unplaced(garment_m: np.ndarray, start_m: np.ndarray) -> np.ndarray:
+    """A garment's motion (T, v, 3) seen from the place where it would have started at `start_m` (v, 3).
+
+    Judges and rules speak of fold lines and extents along the table's axes; a garment that was laid down turned is looked at
+    as if it had not been.
+    """
+    first = np.asarray(garment_m[0], float)
+    back = fitted_placement(first, start_m, np.ones(len(first)))
+    return garment_m @ back[:3, :3].T + back[:3, 3]

@@ -140,7 +140,7 @@ def check_candidate_trajectories(artifact: Path) -> list[Finding]:
         except (BadInput, KeyError) as error:
             unread.append(f"{name}: {error}")
     unexplained = attempts[~attempts.success & attempts.failure.isna()]
-    fastest = float(attempts.loc[attempts.failure != "too_fast", "speed_share"].max())
+    fastest = float(attempts.loc[attempts.failure != "too fast", "speed_share"].max())
     successes = int(attempts.success.sum())
     return [
         Finding(

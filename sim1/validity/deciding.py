@@ -1,0 +1,124 @@
+"""The work of stage valid_trajectories: judge, rules and discriminator applied to every candidate."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+import torch
+
+from sim1.cloth.garment import read_garment_mesh
+from sim1.episode import read_episode
+from sim1.progress import track
+from sim1.stage import BadInput, Facts, Inputs, only
+from sim1.statistics import describe_share
+from sim1.validity.clips import read_clip
+from sim1.validity.examples import reference_of
+from sim1.validity.features import Reference, episode_features
+from sim1.validity.pictures import draw_decisions
+from sim1.validity.rules import Rules, read_rules
+from sim1.validity.watching import Discriminator, read_discriminator
+
+if TYPE_CHECKING:
+    from sim1.validity.stage import ValidTrajectoriesConfig
+
+VIDEO = "video.npz"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Filters:
+    """Everything that may reject a candidate."""
+
+    rules: Rules
+    discriminator: Discriminator
+    reference: Reference
+    config: ValidTrajectoriesConfig
+
+
+def decide(inputs: Inputs, garment: str, config: ValidTrajectoriesConfig, out: Path) -> Facts:
+    """Decide for every attempt, copy the accepted episodes, write and draw the decisions.
+
+    Raises:
+        BadInput: an input is damaged.
+    """
+    torch.set_num_threads(1)
+    candidates = only(inputs, "candidate_trajectories")
+    filters = Filters(
+        rules=read_rules(only(inputs, "state_rules") / "rules.yaml"),
+        discriminator=read_discriminator(only(inputs, "video_discriminator")),
+        reference=reference_of(read_garment_mesh(only(inputs, "garment_mesh")), only(inputs, "seed_demos")),
+        config=config,
+    )
+    try:
+        attempts = pd.read_parquet(candidates / "attempts.parquet")
+    except (OSError, ValueError) as error:
+        raise BadInput(
+            f"{candidates}/attempts.parquet: not readable ({error}); make candidate_trajectories again"
+        ) from error
+    rows = []
+    for attempt in track(attempts.to_dict("records"), "deciding"):
+        folder = candidates / "episodes" / attempt["episode"]
+        rows.append({"garment": garment, **decision(attempt, folder, filters)})
+        if rows[-1]["accepted"]:
+            _copy(folder, out / "episodes" / attempt["episode"])
+    table = pd.DataFrame(rows)
+    table.to_parquet(out / "decisions.parquet", index=False)
+    draw_decisions(out / "decisions.png", rows, filters.discriminator.abstains or not config.use_video)
+    return _facts(table, filters)
+
+
+def decision(attempt: dict[str, Any], folder: Path, filters: Filters) -> dict[str, Any]:
+    """One row of the decisions: what each filter says of an attempt, and why it was rejected."""
+    config, reasons, broken, score = filters.config, [], [], None
+    ran = bool(attempt["ran"])
+    if ran:
+        episode = read_episode(folder)
+        broken = filters.rules.broken(episode_features(episode.garment_m, filters.reference))
+        score = filters.discriminator.score(read_clip(folder))
+    else:
+        reasons.append(f"did not run: {attempt['failure']}")
+    video_passes = score is not None and score >= filters.discriminator.threshold
+    if config.require_success and not attempt["success"]:
+        reasons.append(f"judge: {attempt['failure']}")
+    if config.use_rules and broken:
+        reasons.append(f"rules: {broken[0]}" + (f" and {len(broken) - 1} more" if len(broken) > 1 else ""))
+    if config.use_video and not filters.discriminator.abstains and ran and not video_passes:
+        reasons.append(f"video: score {score:.3f} below {filters.discriminator.threshold:.3f}")
+    return {
+        "attempt": int(attempt["attempt"]),
+        "episode": attempt["episode"],
+        "perturbed": bool(attempt["perturbed"]),
+        "ran": ran,
+        "success": bool(attempt["success"]),
+        "failure": attempt["failure"],
+        "rules_pass": ran and not broken,
+        "rules_broken": "; ".join(broken),
+        "video_score": score if score is not None else float("nan"),
+        "video_pass": video_passes,
+        "video_abstains": filters.discriminator.abstains,
+        "accepted": not reasons,
+        "reasons": "; ".join(reasons),
+    }
+
+
+def _copy(folder: Path, target: Path) -> None:
+    target.mkdir(parents=True)
+    for name in ("episode.npz", "episode.json", VIDEO):
+        shutil.copyfile(folder / name, target / name)
+
+
+def _facts(table: pd.DataFrame, filters: Filters) -> Facts:
+    accepted, count = int(table.accepted.sum()), len(table)
+    video = filters.discriminator
+    return {
+        "accepted": describe_share(accepted, count),
+        "judged_successful": describe_share(int(table.success.sum()), count),
+        "pass_rules": describe_share(int(table.rules_pass.sum()), count),
+        "pass_video": f"abstains: {video.reason}"
+        if video.abstains
+        else describe_share(int(table.video_pass.sum()), count),
+        "rejected": table.loc[~table.accepted, ["episode", "reasons"]].to_dict("records"),
+    }

@@ -1,0 +1,69 @@
+"""Episodes with a known outcome: the positive and negative examples from which the filters learn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sim1.cloth.garment import GarmentMesh, face_areas, unique_edges
+from sim1.episode import Episode, episode_folders, read_episode
+from sim1.robot.expert_task import find_keypoints, read_task
+from sim1.stage import BadInput
+from sim1.validity.features import Reference
+
+
+@dataclass(frozen=True, kw_only=True)
+class Example:
+    """A demonstration or a candidate."""
+
+    name: str  # demo/0000 or candidate/0000
+    folder: Path
+    episode: Episode
+    success: bool
+    sources: frozenset[str]  # demonstrations that it is made of
+    perturbed: bool
+
+
+def read_examples(demos: Path, candidates: Path) -> list[Example]:
+    """All episodes of both, demonstrations first."""
+    result = []
+    for kind, artifact in (("demo", demos), ("candidate", candidates)):
+        for folder in episode_folders(artifact):
+            episode = read_episode(folder)
+            sources = [folder.name] if kind == "demo" else episode.about.get("sources", [])
+            result.append(
+                Example(
+                    name=f"{kind}/{folder.name}",
+                    folder=folder,
+                    episode=episode,
+                    success=bool(episode.about.get("success", False)),
+                    sources=frozenset(map(str, sources)),
+                    perturbed=bool(episode.about.get("perturbed", False)),
+                )
+            )
+    return result
+
+
+def reference_of(mesh: GarmentMesh, demos: Path) -> Reference:
+    """What features are measured against: rest shape, and the task's keypoints on the settled garment.
+
+    Raises:
+        BadInput: a file is missing or damaged.
+    """
+    path = demos / "start.npz"
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            start = data["garment_m"].astype(float)
+    except (OSError, KeyError, ValueError) as error:
+        raise BadInput(f"{path}: not a readable start ({error}); make seed_demos again") from error
+    edges = unique_edges(mesh.faces)
+    return Reference(
+        faces=mesh.faces,
+        edges=edges,
+        rest_length_m=np.linalg.norm(mesh.rest_m[edges[:, 1]] - mesh.rest_m[edges[:, 0]], axis=-1),
+        rest_area_m2=float(face_areas(mesh.rest_m, mesh.faces).sum()),
+        start_m=start,
+        keypoints=find_keypoints(start, read_task(demos / "task.json")),
+    )

@@ -1,0 +1,176 @@
+"""The work of stage video_discriminator: clips, training, honest figures, and the files."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import safetensors.torch
+import torch
+
+from sim1.cloth.garment import GarmentMesh
+from sim1.scene.description import Scene
+from sim1.stage import BadInput, Facts, random_stream
+from sim1.statistics import describe_share
+from sim1.validity.clips import Clip, head_clip, read_clip, sampled
+from sim1.validity.discriminator import VideoDiscriminator
+from sim1.validity.examples import Example, read_examples
+from sim1.validity.pictures import draw_scores
+from sim1.validity.scoring import (
+    LabelledClip,
+    Operating,
+    held_out_figures,
+    scores,
+    split_by_source,
+    threshold_for,
+    train_discriminator,
+)
+
+if TYPE_CHECKING:
+    from sim1.validity.stage import VideoDiscriminatorConfig
+
+SCHEMA = "sim1.video-discriminator/1"
+RATE_HZ = 10.0  # of the demonstrations' clips, before frames are picked
+LEAST_RECALL = 0.5  # a threshold that throws away more than half of the good clips decides nothing
+
+
+@dataclass(frozen=True, kw_only=True)
+class Discriminator:
+    """A trained discriminator with its threshold, or one that abstains and says why."""
+
+    network: VideoDiscriminator | None  # None when a class was missing altogether
+    abstains: bool
+    reason: str  # why it abstains, or empty
+    threshold: float
+    frame_count: int
+
+    def score(self, clip: Clip) -> float | None:
+        """Probability of being valid; None without a network."""
+        if self.network is None:
+            return None
+        return float(scores(self.network, [sampled(clip, self.frame_count)])[0])
+
+
+def watch(
+    demos: Path, candidates: Path, mesh: GarmentMesh, scene: Scene, garment: str, config: VideoDiscriminatorConfig, out: Path
+) -> Facts:  # fmt: skip
+    """Train on what is there, measure on clips of a held-out demonstration, decide whether it may decide."""
+    torch.set_num_threads(1)
+    rng = random_stream(config.seed, garment, "video_discriminator")
+    clips = [_labelled(item, mesh, scene, config) for item in read_examples(demos, candidates)]
+    good = sum(clip.success for clip in clips)
+    counts = {"success_count": good, "failure_count": len(clips) - good}
+    if min(good, len(clips) - good) == 0:
+        reason = f"one class is missing: {good} successes and {len(clips) - good} failures, nothing to tell apart"
+        model = Discriminator(network=None, abstains=True, reason=reason, threshold=0.5, frame_count=config.frame_count)
+        return _written(model, {"clips": counts, "held_out": {}}, [], config, out)
+    train, test, source = split_by_source(clips)
+    network, losses = train_discriminator(
+        train,
+        width=config.width,
+        layer_count=config.layer_count,
+        step_count=config.step_count,
+        batch_size=config.batch_size,
+        learning_rate=config.learning_rate,
+        rng=rng,
+    )
+    names = {clip.name for clip in test}
+    found = scores(network, [clip.frames for clip in clips])
+    rows = [
+        {"clip": clip.name, "score": float(value), "success": clip.success, "held_out": clip.name in names}
+        for clip, value in zip(clips, found, strict=True)
+    ]
+    seen = [row for row in rows if row["held_out"]]
+    score, success = np.array([row["score"] for row in seen]), np.array([row["success"] for row in seen], bool)
+    operating = threshold_for(score, success, config.precision) if seen else None
+    reason = _why_abstain(counts, seen, operating, config)
+    model = Discriminator(
+        network=network,
+        abstains=bool(reason),
+        reason=reason,
+        threshold=operating.threshold if operating else 0.5,
+        frame_count=config.frame_count,
+    )
+    metrics = {
+        "clips": counts,
+        "train": {"success_count": sum(clip.success for clip in train), "clip_count": len(train)},
+        "held_out": held_out_figures(score, success, operating) if seen else {},
+        "held_out_demonstration": source,
+        "losses": [round(loss, 5) for loss in losses],
+        "scores": rows,
+    }
+    return _written(model, metrics, rows, config, out)
+
+
+def _why_abstain(
+    counts: dict[str, int], seen: list[dict[str, Any]], operating: Operating | None, config: VideoDiscriminatorConfig
+) -> str:
+    if min(counts.values()) < config.minimum_per_class:
+        return f"too few clips: {counts['success_count']} successes and {counts['failure_count']} failures, " + (
+            f"at least {config.minimum_per_class} of each are needed"
+        )
+    if not seen:
+        return "no demonstration could be held out with both outcomes on both sides: nothing to set a threshold on"
+    if operating is None:
+        return f"no threshold reaches the wanted precision {config.precision:.2f} on {len(seen)} held-out clips"
+    if operating.recall < LEAST_RECALL:
+        return f"at precision {config.precision:.2f} it keeps only {operating.recall:.0%} of the held-out successes"
+    return ""
+
+
+def _labelled(item: Example, mesh: GarmentMesh, scene: Scene, config: VideoDiscriminatorConfig) -> LabelledClip:
+    size = (config.frame_height, config.frame_width)
+    clip = read_clip(item.folder) if (item.folder / "video.npz").exists() else None
+    if clip is None or clip.frames.shape[1:3] != size:
+        clip = head_clip(
+            item.episode.garment_m, mesh.faces, scene, rate_hz=RATE_HZ, width=size[1], height=size[0]
+        )  # fmt: skip
+    frames = sampled(clip, config.frame_count)
+    return LabelledClip(name=item.name, frames=frames, success=item.success, sources=item.sources)
+
+
+def _written(model: Discriminator, metrics: dict[str, Any], rows: list[dict[str, Any]], config: VideoDiscriminatorConfig, out: Path) -> Facts:  # fmt: skip
+    weights = model.network.state_dict() if model.network else {"none": torch.zeros(1)}
+    safetensors.torch.save_file({key: value.contiguous() for key, value in weights.items()}, out / "model.safetensors")
+    about = {
+        "schema": SCHEMA, "abstains": model.abstains, "reason": model.reason, "threshold": model.threshold,
+        "trained": model.network is not None, "width": config.width, "layer_count": config.layer_count,
+        "frame_count": config.frame_count, "frame_width": config.frame_width, "frame_height": config.frame_height,
+    }  # fmt: skip
+    (out / "model.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
+    metrics = metrics | {"wanted_precision": config.precision, "abstains": model.abstains, "reason": model.reason}
+    (out / "metrics.json").write_text(json.dumps(metrics, indent=1, sort_keys=True) + "\n")
+    draw_scores(out / "scores.png", rows, model.threshold, model.reason)
+    held_out = metrics["held_out"]
+    seen = held_out.get("success_count", 0) + held_out.get("failure_count", 0)
+    facts = {"clips": describe_share(metrics["clips"]["success_count"], sum(metrics["clips"].values())) + " successful"}
+    return facts | {
+        "held_out_clips": seen,
+        "held_out_roc_area": held_out.get("roc_area", "not measured"),
+        "abstains": model.abstains,
+        "reason": model.reason or "it decides",
+    }
+
+
+def read_discriminator(folder: Path) -> Discriminator:
+    """Read what the stage wrote.
+
+    Raises:
+        BadInput: a file is missing, damaged, or of another schema.
+    """
+    try:
+        about = json.loads((folder / "model.json").read_text())
+        if about.get("schema") != SCHEMA:
+            raise ValueError(f"schema is {about.get('schema')!r}, expected {SCHEMA!r}")
+        network = None
+        if about["trained"]:
+            network = VideoDiscriminator(about["width"], about["layer_count"])
+            network.load_state_dict(safetensors.torch.load_file(folder / "model.safetensors"))
+            network.eval()
+        fields = {name: about[name] for name in ("abstains", "reason", "threshold", "frame_count")}
+    except (OSError, ValueError, KeyError, RuntimeError, safetensors.SafetensorError) as error:
+        raise BadInput(f"{folder}: not a readable discriminator ({error}); make video_discriminator again") from error
+    return Discriminator(network=network, **fields)

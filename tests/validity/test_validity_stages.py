@@ -1,0 +1,145 @@
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from validity_synthetic import make_artifacts
+
+from sim1.episode import episode_folders
+from sim1.stage import BadInput
+from sim1.validity.stage import (
+    StateRulesConfig,
+    ValidTrajectoriesConfig,
+    VideoDiscriminatorConfig,
+    check_state_rules,
+    check_valid_trajectories,
+    check_video_discriminator,
+    state_rules,
+    valid_trajectories,
+    video_discriminator,
+)
+
+TINY = VideoDiscriminatorConfig(step_count=6, frame_count=4, frame_width=32, frame_height=32, batch_size=4, width=16)
+
+
+def run(stage, inputs, out, config):
+    out.mkdir()
+    return stage(inputs, out, config)
+
+
+def names(findings, passed):
+    return {finding.name for finding in findings if finding.passed is passed}
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory):
+    """Three good demonstrations, four good candidates and one that folded half-way."""
+    root = tmp_path_factory.mktemp("validity")
+    inputs = make_artifacts(root, [1.0, 0.98, 0.99], [1.0, 0.97, 0.99, 0.96, 0.45])
+    run(state_rules, inputs, root / "state_rules", StateRulesConfig())
+    inputs["state_rules"] = {"sheet": root / "state_rules"}
+    run(video_discriminator, inputs, root / "video_discriminator", TINY)
+    inputs["video_discriminator"] = {"sheet": root / "video_discriminator"}
+    return root, inputs
+
+
+def test_rules_admit_the_successes_and_reject_the_half_fold(world):
+    root, _ = world
+    assert not names(check_state_rules(root / "state_rules"), passed=False)
+    record = json.loads((root / "state_rules" / "training.json").read_text())
+    assert record["method"] == "intervals"
+    assert record["failures_rejected"].startswith("1 of 1")
+
+
+def test_the_discriminator_abstains_with_too_few_failures_and_says_so(world):
+    root, _ = world
+    model = json.loads((root / "video_discriminator" / "model.json").read_text())
+    assert model["abstains"]
+    assert "too few clips: 7 successes and 1 failures" in model["reason"]
+    assert names(check_video_discriminator(root / "video_discriminator"), passed=False) == {"decides"}
+
+
+def test_a_missing_class_makes_it_abstain_without_a_network(tmp_path):
+    inputs = make_artifacts(tmp_path, [1.0], [1.0, 0.99])
+    run(video_discriminator, inputs, tmp_path / "out", TINY)
+    model = json.loads((tmp_path / "out" / "model.json").read_text())
+    assert model["abstains"]
+    assert not model["trained"]
+    assert "one class is missing: 3 successes and 0 failures" in model["reason"]
+
+
+def test_good_candidates_are_copied_and_the_bad_one_is_explained(world, tmp_path):
+    _, inputs = world
+    out = tmp_path / "valid"
+    run(valid_trajectories, inputs, out, ValidTrajectoriesConfig())
+    table = pd.read_parquet(out / "decisions.parquet").set_index("episode")
+    assert table.accepted.to_dict() == {"0000": True, "0001": True, "0002": True, "0003": True, "0004": False}
+    assert "judge: not folded" in table.loc["0004", "reasons"]
+    assert "rules: " in table.loc["0004", "reasons"]
+    assert [folder.name for folder in episode_folders(out)] == ["0000", "0001", "0002", "0003"]
+    assert (out / "episodes/0000/video.npz").exists()
+    assert not names(check_valid_trajectories(out), passed=False)
+
+
+def test_filters_can_be_switched_off_one_by_one(world, tmp_path):
+    _, inputs = world
+    accepted = {}
+    for name, config in {
+        "none": ValidTrajectoriesConfig(require_success=False, use_rules=False, use_video=False),
+        "rules": ValidTrajectoriesConfig(require_success=False, use_video=False),
+        "judge": ValidTrajectoriesConfig(use_rules=False, use_video=False),
+    }.items():
+        run(valid_trajectories, inputs, tmp_path / name, config)
+        accepted[name] = int(pd.read_parquet(tmp_path / name / "decisions.parquet").accepted.sum())
+    assert accepted == {"none": 5, "rules": 4, "judge": 4}
+
+
+def test_nothing_accepted_is_a_blocking_finding_with_the_reasons(tmp_path):
+    inputs = make_artifacts(tmp_path, [1.0, 0.98], [0.4, 0.5])
+    for stage, config in ((state_rules, StateRulesConfig()), (video_discriminator, TINY)):
+        run(stage, inputs, tmp_path / stage.__name__, config)
+        inputs[stage.__name__] = {"sheet": tmp_path / stage.__name__}
+    run(valid_trajectories, inputs, tmp_path / "valid", ValidTrajectoriesConfig())
+    finding = next(item for item in check_valid_trajectories(tmp_path / "valid") if item.name == "something_accepted")
+    assert finding.blocking
+    assert not finding.passed
+    assert "judge: not folded" in finding.detail
+
+
+def test_the_discriminator_decides_once_held_out_clips_support_it(tmp_path):
+    inputs = make_artifacts(tmp_path, [1.0, 0.98, 0.99], [1.0, 0.3, 0.99, 0.2, 0.97, 0.25, 0.98, 0.3, 0.96, 0.2])
+    config = VideoDiscriminatorConfig(
+        step_count=25, frame_count=4, frame_width=32, frame_height=32, batch_size=6, width=16, learning_rate=1e-3
+    )
+    run(video_discriminator, inputs, tmp_path / "out", config)
+    metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
+    assert not metrics["abstains"], metrics["reason"]
+    assert metrics["held_out"]["precision"] >= config.precision
+    held_out = [row["clip"] for row in metrics["scores"] if row["held_out"]]
+    assert f"demo/{metrics['held_out_demonstration']}" in held_out
+    assert not names(check_video_discriminator(tmp_path / "out"), passed=False)
+
+
+def test_rules_need_a_success(tmp_path):
+    inputs = make_artifacts(tmp_path, [0.5], [0.4])
+    with pytest.raises(BadInput, match="no successful run"):
+        run(state_rules, inputs, tmp_path / "out", StateRulesConfig())
+
+
+def test_a_broken_floor_is_found(world, tmp_path):
+    root, _ = world
+    for name in ("rules.yaml", "features.parquet", "training.json"):
+        (tmp_path / name).write_bytes((root / "state_rules" / name).read_bytes())
+    text = (tmp_path / "rules.yaml").read_text().replace("above: 0", "above: 90", 1)
+    (tmp_path / "rules.yaml").write_text(text)
+    assert "recall_floor" in names(check_state_rules(tmp_path), passed=False)
+
+
+def test_stages_write_the_same_bytes_again(world, tmp_path):
+    root, inputs = world
+    run(state_rules, inputs, tmp_path / "rules", StateRulesConfig())
+    run(video_discriminator, inputs, tmp_path / "video", TINY)
+    for one, two in ((root / "state_rules", tmp_path / "rules"), (root / "video_discriminator", tmp_path / "video")):
+        for path in sorted(one.iterdir()):
+            assert path.read_bytes() == (two / path.name).read_bytes(), path.name
+    assert np.isfinite(pd.read_parquet(root / "state_rules/features.parquet").select_dtypes("number")).all().all()
