@@ -69,7 +69,7 @@ def tshirt() -> Staged:
         return np.where((z < 0.91)[:, None], (20, 80, 92), rgb)
 
     eyes, targets = around(centre=(-0.06, 0.0, 1.2), reach=0.85)
-    return staged_on(parts, garment, color, eyes, targets, 0.0030)
+    return staged_on(parts, garment, color, eyes, targets, 0.0032)
 
 
 def staged_on(
@@ -100,4 +100,21 @@ def around(centre: tuple[float, float, float], reach: float) -> tuple[np.ndarray
     return eyes, np.broadcast_to(centre, eyes.shape).copy()
 
 
-GARMENTS: dict[str, Callable[[], Staged]] = {"towel": towel, "tshirt": tshirt}
+def shorts() -> Staged:
+    """Shorts of the project's own shape, on hips with legs."""
+    from sim1.scan.virtual.shorts import hips, shorts_color, shorts_shape
+
+    eyes, targets = around(centre=(0.0, 0.0, 0.82), reach=0.75)
+    return staged_on(hips(), shorts_shape(), shorts_color, eyes, targets, 0.0032)
+
+
+def polo() -> Staged:
+    """Polo shirt of the project's own shape, on the mannequin of the T-shirt."""
+    from sim1.scan.virtual.mannequin import shirt_mannequin
+    from sim1.scan.virtual.polo import polo_color, polo_shape
+
+    eyes, targets = around(centre=(-0.06, 0.0, 1.2), reach=0.85)
+    return staged_on(shirt_mannequin(), polo_shape(), polo_color, eyes, targets, 0.0032)
+
+
+GARMENTS: dict[str, Callable[[], Staged]] = {"towel": towel, "tshirt": tshirt, "shorts": shorts, "polo": polo}
