@@ -21,6 +21,7 @@ from sim1.motion.poses import ToolPath, joined
 from sim1.motion.transitions import recent
 from sim1.robot.kinematics import Unreachable
 
+BRIDGE_STEPS = 5  # of MimicGen's straight line to a slice
 GRASP_REACH_M = 0.10  # how far around a grasp the garment decides where the grasp has moved to
 
 
@@ -165,10 +166,14 @@ def attempt(
             now = fitted_placement(before, np.asarray(cell.garment_m, float), weight)
             sources.append({"segment": part.segment, "demo": part.demo, "order": part.order})
             target = part.path.moved(offset @ now)
-            follower.go(model, target, lambda start, part=part, now=now: _slice(segments, part, now, start), rng)
+            follower.go(
+                model, target, lambda start, steps, part=part, now=now: _slice(segments, part, now, start, steps), rng
+            )
             follower.follow(target)
         home = arms.tool_path(source.home_rad[None], source.home_openness[None])
-        follower.go(model, joined(home, home), lambda start: _slice(segments, None, np.eye(4), start), rng)
+        follower.go(
+            model, joined(home, home), lambda start, steps: _slice(segments, None, np.eye(4), start, steps), rng
+        )
         if model.method != "slicing":  # a slice ends where its demonstration ended
             follower.follow(home[:1])
         follower.rest(round(variation.settle_s * RATE_HZ))
@@ -192,16 +197,16 @@ class _Follower:
         self.trace = arms.tool_path(joints_rad[None], openness[None])  # frames commanded last
         self.speed_share = 0.0
 
-    def go(self, model: MotionModel, target: ToolPath, slice_from: Callable[[ToolPath], ToolPath], rng: np.random.Generator) -> None:  # fmt: skip
+    def go(self, model: MotionModel, target: ToolPath, slice_from: Callable[[ToolPath, int], ToolPath], rng: np.random.Generator) -> None:  # fmt: skip
         """Move to the first frame of `target`, which itself is not commanded yet."""
-        if model.method == "slicing":
-            self.follow(slice_from(self.trace[-1:])[1:])
-            return
-        history = recent(self.trace)
+        history, start = recent(self.trace), self.trace[-1:]
         velocity = target.position_m[1] - target.position_m[0]
-        steps = model.durations.sample_steps(history[-1:], target[:1], rng)
-        for _ in range(4):  # a transition that asks too much of a joint is given more time
-            path = transition(model, history, target[:1], velocity, steps, rng)[1:-1]
+        steps = BRIDGE_STEPS if model.method == "slicing" else model.durations.sample_steps(start, target[:1], rng)
+        for _ in range(4):  # a motion that asks too much of a joint is given more time
+            if model.method == "slicing":
+                path = slice_from(start, steps)[1:]
+            else:
+                path = transition(model, history, target[:1], velocity, steps, rng)[1:-1]
             joints = self.arms.joints_for(path, self.joints_rad)
             share = self.arms.speed_share(joints, self.joints_rad)
             if share <= 1:
@@ -235,7 +240,7 @@ def _offset(rng: np.random.Generator, size_m: float) -> np.ndarray:
     return planar(size_m * np.array([np.cos(angle), np.sin(angle)]), 0.0, np.zeros(3))
 
 
-def _slice(segments: list[Segment], part: Segment | None, now: np.ndarray, start: ToolPath) -> ToolPath:
+def _slice(segments: list[Segment], part: Segment | None, now: np.ndarray, start: ToolPath, steps: int) -> ToolPath:
     """The demonstrated motion before `part`; before the end of the first successful demonstration where it is None."""
     demo = part.demo if part else next(item.demo for item in segments if item.success)
     parts = by_demo(segments)[demo]
@@ -243,4 +248,4 @@ def _slice(segments: list[Segment], part: Segment | None, now: np.ndarray, start
     before = parts[index - 1] if index else None
     if before is None or before.kind != "moving":
         raise Refused("no source motion", "the source has no motion to slice there")
-    return sliced(before.path, now, start)
+    return sliced(before.path, now, start, steps)

@@ -109,7 +109,7 @@ def _measured(model: MotionModel, transitions: list[Transition], rng: np.random.
 
 def _sample(model: MotionModel, item: Transition, rng: np.random.Generator) -> ToolPath:
     if model.method == "slicing":
-        return sliced(item.path, np.eye(4), item.path[:1])
+        return sliced(item.path, np.eye(4), item.path[:1], 1)
     velocity = item.path.position_m[-1] - item.path.position_m[-2]
     steps = model.durations.sample_steps(item.path[:1], item.path[-1:], rng)
     return transition(model, item.history, item.path[-1:], velocity, steps, rng)

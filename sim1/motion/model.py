@@ -84,14 +84,14 @@ def transition(
     return assemble(start, end, start_rate, end_rate, modes, steps + 1)
 
 
-def sliced(source: ToolPath, placement: np.ndarray, start: ToolPath, bridge_steps: int = 5) -> ToolPath:
+def sliced(source: ToolPath, placement: np.ndarray, start: ToolPath, bridge_steps: int) -> ToolPath:
     """The source's own transition moved with the garment, reached on a straight line as in MimicGen.
 
     Args:
         source: the demonstrated transition before the next interaction.
         placement: (4, 4) motion of the garment since that demonstration.
         start: one frame, where the tools are.
-        bridge_steps: frame steps of the straight line (MimicGen's default is 5).
+        bridge_steps: frame steps of the straight line.
     """
     moved = source.moved(placement)
     share = np.linspace(0, 1, bridge_steps + 1)

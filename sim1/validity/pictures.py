@@ -108,7 +108,8 @@ def draw_decisions(path: Path, rows: list[dict[str, Any]], video_silent: bool) -
         for column, (_, key) in enumerate(columns):
             silent = key == "video_pass" and video_silent
             color = "0.75" if silent else GOOD if row[key] else BAD
-            axes.plot(column, line, "s" if key == "accepted" else "o", color=color, markersize=9)
+            marker = "_" if silent else "o" if row[key] else "X"  # legible without colours too
+            axes.plot(column, line, marker, color=color, markersize=9)
         axes.text(len(columns) - 0.6, line, row["reasons"][:70], va="center", fontsize=7)
     axes.set_xticks(range(len(columns)), [name for name, _ in columns])
     axes.set_yticks(range(len(rows)), [row["episode"] + (" (perturbed)" if row["perturbed"] else "") for row in rows])
@@ -116,7 +117,7 @@ def draw_decisions(path: Path, rows: list[dict[str, Any]], video_silent: bool) -
     axes.xaxis.tick_top()
     for side in ("top", "right", "bottom", "left"):
         axes.spines[side].set_visible(False)
-    grey = ", grey: abstains or not asked" if video_silent else ""
+    grey = ", dash: abstains or not asked" if video_silent else ""
     accepted = sum(row["accepted"] for row in rows)
-    figure.suptitle(f"{accepted} of {len(rows)} candidates accepted (green passes, red fails{grey})", fontsize=10)
+    figure.suptitle(f"{accepted} of {len(rows)} candidates accepted (dot: passes, cross: fails{grey})", fontsize=10)
     save(figure, path)

@@ -83,12 +83,15 @@ def learn_rules(
 
 
 def _intervals(positives: pd.DataFrame, margin: float) -> tuple[Condition, ...]:
-    """Range of every feature over the successes, widened on both sides.
+    """Range of the features at the end, and of the stretch on the way, over the successes, widened on both sides.
 
-    By `margin` of the range, by a tenth of the middle value where few examples vary little, and at least by 0.02.
+    Many ranges of few runs would reject everything new; these are the ones that hold whatever the pace of a motion.
+    Widened by `margin` of the range, by a tenth of the middle value where few examples vary little, and at least by 0.02.
     """
     conditions = []
     for name, values in positives.items():
+        if not (str(name).startswith("end.") or "stretch_p99" in str(name)):
+            continue
         low, high = float(values.min()), float(values.max())
         wide = max(margin * (high - low), 0.1 * abs(low + high) / 2, 0.02)
         conditions.append(Condition(feature=str(name), above=low - wide, below=high + wide))

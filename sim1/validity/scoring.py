@@ -104,13 +104,17 @@ class Operating:
 
 
 def threshold_for(score: np.ndarray, success: np.ndarray, precision: float) -> Operating | None:
-    """Lowest threshold whose precision is at least the wanted one: most recall. None where no threshold has it."""
-    for threshold in np.sort(np.unique(score)):
+    """Lowest threshold whose precision is at least the wanted one: most recall. None where no threshold has it.
+
+    It lies half-way between the lowest score that it accepts and the next lower one.
+    """
+    levels = np.sort(np.unique(score))
+    for threshold, below in zip(levels, [0.0, *levels[:-1]], strict=True):
         taken = score >= threshold
         right = int(success[taken].sum())
         if right and right / taken.sum() >= precision:
             return Operating(
-                threshold=float(threshold),
+                threshold=float(threshold + below) / 2,
                 precision=right / int(taken.sum()),
                 recall=right / int(success.sum()),
                 accepted=int(taken.sum()),

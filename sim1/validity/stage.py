@@ -30,8 +30,8 @@ class VideoDiscriminatorConfig:
         64, ge=32, le=112
     )  # px; candidates bring their own video, demonstrations are drawn like it
     frame_height: int = Field(48, ge=32, le=112)  # px
-    step_count: int = Field(25, ge=1)  # optimizer steps, about 0.6 s each on one core
-    batch_size: int = Field(6, ge=2, multiple_of=2)  # clips, half of them failures
+    step_count: int = Field(20, ge=1)  # optimizer steps, about 0.6 s each on one core
+    batch_size: int = Field(4, ge=2, multiple_of=2)  # clips, half of them failures
     learning_rate: float = Field(3e-4, gt=0)
     precision: float = Field(0.99, gt=0, le=1)  # wanted among accepted clips; sets the threshold
     minimum_per_class: int = Field(3, ge=1)  # with fewer successes or failures it abstains

@@ -1,0 +1,183 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from motion_synthetic import a_demo
+
+from sim1.motion.assembly import Source, Variation, attempt, skeleton
+from sim1.motion.commands import Arms
+from sim1.motion.durations import DurationModel
+from sim1.motion.model import MotionModel
+from sim1.motion.placement import planar
+from sim1.motion.poses import ToolPath
+from sim1.robot.kinematics import Arm, Unreachable
+
+URDF = Path(__file__).parents[2] / "data" / "robot" / "robot.urdf"
+HOME = np.array([[0.0, 0.6, 0.6, -0.9, 0.0, 0.0]] * 2)
+VARIATION = Variation(radius_m=0.05, angle_rad=0.2, grasp_offset_m=0.0, settle_s=0.2)
+
+
+class Broken(RuntimeError):
+    pass
+
+
+class RigidSheet:
+    """Stands in for the simulated cell: a sheet that never moves, arms that follow at once."""
+
+    def __init__(self, breaks_at: int | None = None):
+        self.breaks_at, self.steps = breaks_at, 0
+
+    def reset(self, garment_m, joints_rad, openness):
+        self.garment_m, self.joints_rad, self.openness = np.array(garment_m), joints_rad, openness
+        self.steps = 0
+
+    def step(self, joints_rad, openness):
+        self.steps += 1
+        if self.steps == self.breaks_at:
+            raise Broken("vertex 3 is not finite")
+        self.joints_rad, self.openness = joints_rad, openness
+
+
+@pytest.fixture(scope="module")
+def arms():
+    bases = np.stack([np.eye(4)] * 2)
+    bases[:, :3, 3] = [[-0.36, 0.27, 0.15], [-0.36, -0.27, 0.15]]
+    return Arms(arm=Arm.from_urdf(URDF), bases_to_world=bases)
+
+
+@pytest.fixture(scope="module")
+def demonstrated(arms):
+    """Demonstrations that the arms can really reach: each interaction slides 8 cm from below the home pose and back."""
+    rng = np.random.default_rng(2)
+    home = arms.tool_path(HOME[None], np.ones((1, 2)))
+    segments = []
+    for index in range(2):
+        for part in a_demo(f"{index:04d}", rng, 3 * index):
+            count = len(part.path)
+            slide = np.zeros((count, 2, 3))
+            slide[..., 0] = 0.08 * np.sin(np.pi * np.arange(count) / count)[:, None] ** 2 + 0.01 * index
+            path = ToolPath(
+                position_m=home.position_m + slide,
+                rotation=np.repeat(home.rotation, count, axis=0),
+                openness=part.path.openness,
+            )
+            segments.append(part.__class__(**{**part.__dict__, "path": path}))
+    sheet = np.stack([*np.meshgrid(np.linspace(-0.1, 0.1, 5), np.linspace(-0.1, 0.1, 5)), np.zeros((5, 5))], axis=-1)
+    start = sheet.reshape(-1, 3)
+    frames = max(part.end_frame for part in segments)
+    source = Source(
+        start_m=start,
+        garment_m={name: np.repeat(start[None], frames, axis=0) for name in ("0000", "0001")},
+        home_rad=HOME,
+        home_openness=np.ones(2),
+    )
+    return segments, source
+
+
+def a_model(method="minimum_jerk", rest_s=1.0):
+    durations = DurationModel(rest_s=rest_s, s_per_m=1.0, s_per_rad=0.3, log_std=0.1)
+    return MotionModel(
+        method=method, durations=durations, network=None, scale=np.ones(20), width=64, layer_count=3, token_count=32,
+        mode_count=10, sampling_steps=16,
+    )  # fmt: skip
+
+
+def run(demonstrated, arms, seed=0, cell=None, model=None, variation=VARIATION):
+    segments, source = demonstrated
+    rng = np.random.default_rng(seed)
+    return attempt(segments, source, model or a_model(), arms, cell or RigidSheet(), variation, rng, Broken)
+
+
+def test_a_skeleton_keeps_the_order_of_the_task_and_mixes_demonstrations():
+    rng = np.random.default_rng(0)
+    pool = [part for index in range(3) for part in a_demo(f"{index:04d}", rng, 3 * index)]
+    drawn = [skeleton(pool, rng) for _ in range(60)]
+    assert all([part.order for part in parts] == [0] for parts in drawn)
+    assert {parts[0].demo for parts in drawn} == {"0000", "0001", "0002"}
+
+
+def test_failed_demonstrations_are_no_source():
+    rng = np.random.default_rng(0)
+    pool = a_demo("0000", rng, 0) + a_demo("0001", rng, 3, success=False)
+    assert {skeleton(pool, rng)[0].demo for _ in range(30)} == {"0000"}
+    with pytest.raises(ValueError, match="no successful"):
+        skeleton(a_demo("0001", rng, 0, success=False), rng)
+
+
+def test_inverse_kinematics_follows_a_path_within_limits(arms, demonstrated):
+    path = demonstrated[0][1].path
+    joints = arms.joints_for(path, HOME)
+    np.testing.assert_allclose(arms.tool_path(joints, path.openness).position_m, path.position_m, atol=2e-4)
+    assert (joints >= arms.arm.lower_rad).all()
+    assert (joints <= arms.arm.upper_rad).all()
+
+
+def test_a_pose_out_of_reach_is_refused(arms, demonstrated):
+    away = planar(np.array([3.0, 0.0]), 0.0, np.zeros(3))
+    with pytest.raises(Unreachable):
+        arms.joints_for(demonstrated[0][1].path[:1].moved(away), HOME)
+
+
+@pytest.mark.parametrize("method", ["minimum_jerk", "slicing"])
+def test_an_attempt_runs_from_home_to_home_without_jumps(arms, demonstrated, method):
+    made = run(demonstrated, arms, model=a_model(method))
+    assert made.failure is None
+    episode = made.episode
+    assert np.isfinite(episode.command_joints_rad).all()
+    steps = np.abs(np.diff(episode.command_joints_rad, axis=0)).max()
+    assert steps * 30 <= arms.arm.velocity_limit_rad_s.max()
+    assert made.speed_share <= 1
+    np.testing.assert_array_equal(episode.joints_rad[0], HOME)
+    if method == "minimum_jerk":
+        np.testing.assert_allclose(episode.command_joints_rad[-1], HOME, atol=1e-3)
+
+
+def test_a_recorded_command_is_what_the_next_state_shows(arms, demonstrated):
+    episode = run(demonstrated, arms).episode
+    np.testing.assert_array_equal(episode.joints_rad[1:], episode.command_joints_rad[:-1])
+
+
+def test_grasps_follow_the_garment(arms, demonstrated):
+    """The tools take the garment's own placement: seen from the sheet, an interaction is the demonstrated one."""
+    made = run(demonstrated, arms, seed=3)
+    segments, _ = demonstrated
+    part = next(item for item in segments if item.segment == made.sources[0]["segment"])
+    wanted = part.path.moved(made.placement).position_m
+    tools = arms.tool_path(made.episode.command_joints_rad, made.episode.command_openness).position_m
+    errors = [
+        np.abs(tools[start : start + len(wanted)] - wanted).max() for start in range(len(tools) - len(wanted) + 1)
+    ]
+    assert min(errors) < 1e-3
+    assert np.abs(made.placement - np.eye(4)).max() > 0.01
+
+
+def test_a_perturbed_attempt_grasps_beside_the_place(arms, demonstrated):
+    plain = run(demonstrated, arms, seed=3)
+    beside = run(demonstrated, arms, seed=3, variation=Variation(**{**VARIATION.__dict__, "grasp_offset_m": 0.04}))
+    np.testing.assert_array_equal(plain.placement, beside.placement)
+    lows = [arms.tool_path(item.episode.command_joints_rad, item.episode.command_openness) for item in (plain, beside)]
+    closed = [path.position_m[path.openness[:, 0].argmin(), 0] for path in lows]
+    assert np.linalg.norm(closed[0] - closed[1]) == pytest.approx(0.04, abs=0.002)
+
+
+def test_the_same_stream_gives_the_same_episode_and_another_one_another(arms, demonstrated):
+    one, two, other = (run(demonstrated, arms, seed=seed).episode for seed in (5, 5, 6))
+    np.testing.assert_array_equal(one.command_joints_rad, two.command_joints_rad)
+    assert len(one.time_s) != len(other.time_s) or not np.array_equal(one.garment_m[0], other.garment_m[0])
+
+
+def test_a_simulation_that_breaks_is_a_failure_with_the_frames_until_then(arms, demonstrated):
+    made = run(demonstrated, arms, cell=RigidSheet(breaks_at=20))
+    assert made.failure == "simulation broke"
+    assert "vertex 3" in made.detail
+    assert made.episode.frame_count in (20, 21)
+
+
+def test_a_hurried_transition_is_given_the_time_that_the_joints_need(arms, demonstrated):
+    segments, source = demonstrated
+    far = np.eye(4)
+    far[2, 3] = 0.05
+    lifted = [part.__class__(**{**part.__dict__, "path": part.path.moved(far)}) for part in segments]
+    made = run((lifted, source), arms, model=a_model(rest_s=0.05))
+    assert made.failure is None
+    assert made.speed_share <= 1
