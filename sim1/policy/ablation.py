@@ -55,14 +55,13 @@ def count_variant(inputs: Inputs, variant: str) -> Row:
     Raises:
         BadInput: an artifact is missing or damaged.
     """
-    own, found = [], {}
-    for stage in STAGES:
-        name = f"{variant}/{stage}"
-        if inputs.get(name):
-            own.append(stage)
-        found[stage] = inputs.get(name) or inputs.get(stage)
-        if not found[stage]:
-            raise BadInput(f"stage input {stage!r}: nothing to compare; materialize it first")
+    own = [stage for stage in STAGES if inputs.get(f"{variant}/{stage}")]
+    # What lies downstream of a changed stage is changed too: other trajectories never stand beside the base's policy.
+    missing = [stage for stage in STAGES[1:] if STAGES[0] in own and stage not in own]
+    found = {stage: inputs.get(f"{variant}/{stage}" if stage in own else stage) for stage in STAGES}
+    missing += [stage for stage in STAGES if not found[stage]]
+    if missing:
+        raise BadInput(f"ablation {variant!r}: no artifact of {', '.join(missing)}; materialize it first")
     decisions = read_decisions(found["valid_trajectories"])
     trials = pd.concat([read_table(path / "evaluation.parquet") for path in found["policy"].values()])
     largest = trials[trials["size"] == trials["size"].max()]

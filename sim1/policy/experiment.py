@@ -73,10 +73,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     )
     duration_s = config.time_factor * max(len(item.state) for item in order) / rate_hz
     chosen = trial_models(sizes, config)
-    driven = config.evaluate_garments or tuple(garments)
-    unknown = sorted(set(driven) - set(garments))
-    if unknown:
-        raise BadInput(f"evaluate_garments: {unknown} not in the dataset, which has {garments}")
+    driven = trial_garments(garments, config)
     trials = Trials(inputs=inputs, driving=driving, duration_s=duration_s, config=config)
     keypoints = {name: read_keypoints(dataset, name) for name in garments}
     rows = trials.run({key: models[key] for key in chosen}, driven, keypoints, _rest_of_progress)
@@ -100,7 +97,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         "driving": asdict(driving),
         "training_sets": {str(size): [f"{item.garment}/{item.name}" for item in order[:size]] for size in sizes},
         "trial_duration_s": duration_s,
-        "trials": {"garments": list(driven), "models": [list(key) for key in chosen], "each": config.trial_count},
+        "trials": {"garments": driven, "models": [list(key) for key in chosen], "each": config.trial_count},
     }
     (out / "policy.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
     largest = models[sizes[-1], config.seeds[0]]
@@ -111,6 +108,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         "held_out_trajectory_count": len(held_out),
         "held_out_joint_error_rad": _mean([row["joint_error_rad"] for row in errors if row["size"] == sizes[-1]]),
         "standing_still_joint_error_rad": _mean([row["hold_joint_error_rad"] for row in errors]),
+        "trial_garments": ", ".join(driven),
         "trial_count": len(rows),
         "success_count": sum(row["success"] for row in rows),
     }
@@ -120,6 +118,12 @@ def trial_models(sizes: Sequence[int], config: PolicyConfig) -> list[tuple[int, 
     """(size, seed) of the models that drive: the largest size, the smallest, then those between from above."""
     ends = list(dict.fromkeys([sizes[-1], sizes[0], *reversed(sizes)]))[: config.evaluate_sizes]
     return [(size, seed) for size in sorted(ends) for seed in config.seeds[: config.evaluate_seeds]]
+
+
+def trial_garments(garments: Sequence[str], config: PolicyConfig) -> list[str]:
+    """Garments of the closed loop: the preferred ones that the dataset has, then the others by name."""
+    preferred = [name for name in config.evaluate_first if name in garments]
+    return [*preferred, *sorted(set(garments) - set(preferred))][: config.evaluate_garment_count]
 
 
 def _train_all(

@@ -48,6 +48,9 @@ def write_scaling_page(
                 "trajectories were held out, which is the weaker test. Split “none”: too few to hold any out.",
                 "Action error: mean absolute difference between the predicted chunk of joint commands and the recorded one. "
                 "Standing still is the error of a policy that does nothing.",
+                f"Closed loop: {about['trials']['each']} trials of {about['trial_duration_s']:.1f} s for each of "
+                f"{len(about['trials']['models'])} models and each of these garments: "
+                f"{', '.join(about['trials']['garments']) or 'none'}. The garment is moved and turned at random first.",
             ],
             table=about["splits"],
         ),

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from pydantic import Field
 
-from sim1.cloth.world import CellConfig
 from sim1.stage import Facts, Finding, Inputs, only, stage_config
 
 
@@ -29,14 +28,14 @@ class PolicyConfig:
     replan_s: float = Field(0.2, gt=0)  # a new chunk that often
     ensemble_decay: float = Field(0.5, ge=0)  # weight exp(-decay * age in chunks) of older chunks; large: newest alone
     trial_count: int = Field(2, ge=0)  # closed-loop trials per garment and model
-    evaluate_garments: tuple[str, ...] = ()  # of the closed loop; empty: all
+    evaluate_garment_count: int = Field(1, ge=0)  # in the closed loop, which takes longest
+    evaluate_first: tuple[str, ...] = ("towel",)  # preferred for it, where the dataset has them; then by name
     evaluate_sizes: int = Field(
         2, ge=1
     )  # training sizes of the closed loop, largest first, then smallest, then between
     evaluate_seeds: int = Field(1, ge=1)  # models per size of the closed loop, in order of `seeds`
     shift_m: float = Field(0.05, ge=0)  # garment moved within this radius (paper: 5 cm when generating data)
     turn_rad: float = Field(math.radians(15), ge=0)  # and turned within this angle (paper: 15 degrees)
-    cell: CellConfig = CellConfig()  # numerics of the simulated cell; those of the training data
     time_factor: float = Field(1.2, gt=0)  # a trial lasts this many times the longest training trajectory
 
 

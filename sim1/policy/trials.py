@@ -58,7 +58,7 @@ class Trials:
         rows: list[dict[str, Any]] = []
         total = len(models) * len(garments) * self.config.trial_count
         for garment in garments if total else ():
-            bench = open_bench(self.inputs, garment, self.config.cell)
+            bench = open_bench(self.inputs, garment)
             for (size, seed), model in models.items():
                 for trial in range(self.config.trial_count):
                     what = f"{garment}, policy of {size} trajectories, trial {trial + 1} of {self.config.trial_count}"
@@ -106,8 +106,8 @@ class Trials:
         }
 
 
-def open_bench(inputs: Inputs, garment: str, cell: CellConfig) -> Bench:
-    """The simulated cell with a garment as the expert found it, and the judge of its task.
+def open_bench(inputs: Inputs, garment: str) -> Bench:
+    """The simulated cell with a garment as the expert found it, with the same numerics, and the judge of its task.
 
     Raises:
         BadInput: an artifact of that garment is missing or damaged.
@@ -128,11 +128,16 @@ def open_bench(inputs: Inputs, garment: str, cell: CellConfig) -> Bench:
     except (OSError, KeyError, ValueError) as error:
         raise BadInput(f"{demos}/start.npz: not readable ({error}); make the demonstrations again") from error
 
+    try:
+        numerics = CellConfig(**first.about["cell"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise BadInput(f"{folders[0]}/episode.json: no readable settings of the cell ({error!r}); make it again") from error
+
     def decide(history: np.ndarray) -> tuple[bool, str | None, Mapping[str, float]]:
         judgement = judge(history, mesh.faces, task)
         return bool(judgement.success), judgement.failure, judgement.figures
 
     physics = read_physics(inputs["calibrated_physics"][garment] / "model.yaml")
-    arena = Cell(mesh, read_scene(inputs["scene"][garment]), physics, cell)
+    cell = Cell(mesh, read_scene(inputs["scene"][garment]), physics, numerics)
     start = Start(garment_m=garment_m, joints_rad=first.joints_rad[0], openness=first.openness[0])
-    return Bench(cell=arena, start=start, judge=decide)
+    return Bench(cell=cell, start=start, judge=decide)

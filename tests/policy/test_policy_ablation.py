@@ -67,6 +67,12 @@ def test_where_a_variant_changes_nothing_the_base_counts_are_its_counts(tmp_path
     assert table["minimum_jerk"]["accepted_count"] == 2
 
 
+def test_other_trajectories_never_stand_beside_the_policy_of_the_base(tmp_path, inputs):
+    del inputs["minimum_jerk/policy"]
+    with pytest.raises(BadInput, match="'minimum_jerk': no artifact of policy"):
+        ablation_report(inputs, tmp_path, AblationReportConfig())
+
+
 def test_page_states_counts_and_the_papers_table(tmp_path, inputs):
     ablation_report(inputs, tmp_path, AblationReportConfig())
     page = (tmp_path / "report.html").read_text()

@@ -10,6 +10,7 @@ import pytest
 
 import sim1.policy.trials
 from sim1.cloth.cell import SimulationBroke
+from sim1.policy.experiment import trial_garments, trial_models
 from sim1.policy.model import load_policy, save_policy
 from sim1.policy.rollout import Driving, Start, observe, roll_out
 from sim1.policy.stage import (
@@ -27,7 +28,16 @@ from sim1.stage import BadInput
 
 VERTICES = 12
 CONFIG = PolicyConfig(
-    sizes=(2, 4, 99), seeds=(0, 1), steps=60, batch=32, width=32, depth=2, chunk_s=0.5, replan_s=0.2, trial_count=2
+    sizes=(2, 4, 99),
+    seeds=(0, 1),
+    steps=60,
+    batch=32,
+    width=32,
+    depth=2,
+    chunk_s=0.5,
+    replan_s=0.2,
+    trial_count=2,
+    evaluate_garment_count=2,
 )
 
 
@@ -170,15 +180,32 @@ def test_checks_see_a_lost_trial_a_lost_model_and_weights_that_are_no_numbers(ar
     assert "every_model_saved" in failed(check_policy(out))
 
 
-def test_an_unknown_garment_to_evaluate_is_refused(tmp_path, dataset):
-    config = PolicyConfig(evaluate_garments=("sock",), steps=1, sizes=(1,))
-    with pytest.raises(BadInput, match="'sock'"):
-        policy({"dataset": {"": dataset.path}}, tmp_path, config)
+@pytest.mark.parametrize(
+    ("count", "first", "driven"),
+    [(1, ("towel",), ["towel"]), (1, ("sock",), ["polo"]), (2, ("towel",), ["towel", "polo"]), (0, (), [])],
+)
+def test_the_preferred_garments_drive_first(count, first, driven):
+    config = PolicyConfig(evaluate_garment_count=count, evaluate_first=first)
+    assert trial_garments(["polo", "shorts", "towel"], config) == driven
+
+
+@pytest.mark.parametrize(
+    ("sizes", "count", "driven"),
+    [([2, 4, 8], 2, [2, 8]), ([2, 4, 8], 1, [8]), ([2, 4, 8], 5, [2, 4, 8]), ([3], 2, [3])],
+)
+def test_the_largest_and_the_smallest_models_drive_first(sizes, count, driven):
+    config = PolicyConfig(evaluate_sizes=count, evaluate_seeds=1, seeds=(7, 8))
+    assert trial_models(sizes, config) == [(size, 7) for size in driven]
+
+
+def test_a_dataset_of_nothing_to_train_on_is_refused(tmp_path, dataset):
+    with pytest.raises(BadInput, match="no trajectory to train on"):
+        policy({"dataset": {"": dataset.path}}, tmp_path, PolicyConfig(sizes=(0,)))
 
 
 def test_a_garment_without_its_cell_is_named(tmp_path, dataset):
     with pytest.raises(BadInput, match=r"'garment_mesh'.*'towel'"):
-        sim1.policy.trials.open_bench({"dataset": {"": dataset.path}}, "towel", CONFIG.cell)
+        sim1.policy.trials.open_bench({"dataset": {"": dataset.path}}, "towel")
 
 
 class FollowingCell(ObedientCell):
