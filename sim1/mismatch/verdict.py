@@ -1,0 +1,120 @@
+"""`verdict.json`, schema `sim1.verdict/1`: the answer for programs."""
+
+import json
+from pathlib import Path
+from typing import Literal
+
+import pydantic
+
+from sim1.stage import BadInput
+
+type Share = pydantic.confloat(ge=0, le=1)
+
+
+class _Strict(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Errors(_Strict):
+    """Root mean square per coordinate, m."""
+
+    fit: pydantic.NonNegativeFloat
+    heldout: pydantic.NonNegativeFloat  # on recordings that no fit and no choice of parameters has seen
+
+
+class BothErrors(_Strict):
+    """Before and after the named additions; the same where nothing was added."""
+
+    baseline: Errors
+    augmented: Errors
+
+
+class Region(_Strict):
+    """Markers and their share of the unexplained motion."""
+
+    markers: list[int]
+    share: Share
+
+
+class Window(_Strict):
+    """A stretch of a recording and its share of the unexplained motion."""
+
+    recording: str
+    from_s: float
+    to_s: float
+    share: Share
+
+
+class Mismatch(_Strict):
+    """Where, when and how."""
+
+    regions: list[Region]
+    windows: list[Window]
+    signature: str
+
+
+class Coefficient(_Strict):
+    """A fitted coefficient of an effect."""
+
+    value: float
+    ci95: tuple[float, float] | None
+    unit: str
+
+
+class Effect(_Strict):
+    """Physics that was left out."""
+
+    name: str
+    probability: Share
+    parameters: dict[str, Coefficient]
+    heldout_rmse_reduction: float
+
+
+class Alternative(_Strict):
+    """An explanation that was considered and not taken."""
+
+    name: str
+    probability: Share
+    why_not: str
+
+
+class Verdict(_Strict):
+    """Contents of `verdict.json`."""
+
+    schema_: Literal["sim1.verdict/1"] = pydantic.Field(default="sim1.verdict/1", alias="schema")
+    verdict: Literal["none", "named", "ambiguous", "unknown"]
+    noise_std_m: pydantic.PositiveFloat
+    rmse_m: BothErrors
+    mismatch: Mismatch
+    missing_physics: list[Effect]
+    alternatives: list[Alternative]
+    next_experiment: str
+
+    @pydantic.model_validator(mode="after")
+    def _consistent(self) -> "Verdict":
+        if self.verdict == "none" and self.missing_physics:
+            raise ValueError("the verdict is none and yet physics is missing")
+        if self.verdict == "named" and not self.missing_physics:
+            raise ValueError("the verdict is named without a name")
+        return self
+
+
+def read_verdict(path: Path) -> Verdict:
+    """Read and check `verdict.json`.
+
+    Raises:
+        BadInput: missing, or not the schema.
+    """
+    try:
+        return Verdict.model_validate_json(path.read_text())
+    except OSError as error:
+        raise BadInput(f"{path}: not readable ({error}); make the mismatch report again") from error
+    except pydantic.ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"])) or "top"
+        raise BadInput(f"{path}: {place}: {first['msg']}; make the mismatch report again") from error
+
+
+def write_verdict(path: Path, verdict: Verdict) -> None:
+    """Write `verdict.json`."""
+    path.write_text(json.dumps(verdict.model_dump(by_alias=True, mode="json"), indent=1) + "\n")

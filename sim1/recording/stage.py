@@ -1,0 +1,135 @@
+"""Recordings of a garment's fabric: a lab's bundle where the user has one, else a stand-in lab that says that it is one."""
+
+import json
+from pathlib import Path
+
+from sim1.stage import BadInput, Facts, Finding, Inputs, garment_of, only, random_stream, stage_config
+
+
+@stage_config
+class RecordingsConfig:
+    """Sizes of the stand-in lab; a bundle in `data/recordings/` uses none of them."""
+
+    seed: int = 1  # of the concealed fabric and of the cameras' noise
+    side_m: float = 0.3  # square swatch, a usual size of fabric samples
+    vertices_per_side: int = 8  # of the bundle's mesh, which the calibration searches on; even: the jaws are alike
+    lab_vertices_per_side: int = 22  # three lab cells a bundle cell; finer than the calibration's finest mesh
+    lab_step_s: float = 1 / 180  # a third of the calibration's step
+    duration_s: float = 1.7  # of a recording; 0.5 s at rest come first
+    markers_per_side: int = 5  # 25 markers
+    marker_rate_hz: float = 60.0  # slow motion-capture rate
+    noise_std_m: float = 7e-4  # per coordinate; cameras at 2 m resolve 0.3 to 1 mm
+    outlier_share: float = 0.005  # of samples with six times the noise
+    dropout_share: float = 0.03  # of samples that are occluded, six frames at a time
+    air_probability: float = 0.75  # that the stand-in lab has air: an effect that the baseline lacks
+    swings: tuple[str, ...] = ("slow", "fast", "mixed")  # motions; the last is never fitted
+
+
+def recordings(inputs: Inputs, out: Path, config: RecordingsConfig) -> Facts:
+    """Check and copy the lab's bundle, or film a virtual swatch; writes `bundle/`, `origin.json` and a picture.
+
+    Raises:
+        BadInput: the given bundle is damaged or inconsistent, or the garment file is.
+    """
+    from sim1.recording.bundle import read_bundle, write_bundle
+    from sim1.recording.pictures import draw_paths
+
+    given = inputs.get("recordings", {})
+    if given:
+        bundle = read_bundle(only(inputs, "recordings"))
+        origin = {"virtual": False, "what": "recordings of real cloth, as given"}
+        title = "as recorded"
+    else:
+        bundle, origin = _stand_in(inputs, config)
+        title = "STAND-IN LAB, simulated"
+    write_bundle(out / "bundle", bundle)
+    (out / "origin.json").write_text(json.dumps(origin, indent=1, sort_keys=True) + "\n")
+    draw_paths(out / "paths.png", bundle, title)
+    rows = [
+        {
+            "recording": recording.name,
+            "duration_s": round(float(recording.time_s[-1] - recording.time_s[0]), 3),
+            "frames": len(recording.time_s),
+            "seen_percent": round(100 * float(recording.seen.mean()), 1),
+        }
+        for recording in bundle.recordings
+    ]
+    return {
+        "origin": origin["what"],
+        "virtual": origin["virtual"],
+        "markers": len(bundle.anchors.marker),
+        "recordings": rows,
+    }
+
+
+def _stand_in(inputs: Inputs, config: RecordingsConfig):
+    import hashlib
+
+    from sim1.progress import track
+    from sim1.recording.document import Priors
+    from sim1.recording.lab import SWINGS, Setup, draw_material, record, truth
+    from sim1.scan.garment_file import read_garment_file
+
+    if config.vertices_per_side % 2 or (config.lab_vertices_per_side - 1) % (config.vertices_per_side - 1):
+        raise BadInput(
+            f"recordings config: vertices_per_side is {config.vertices_per_side} and lab_vertices_per_side {config.lab_vertices_per_side}; "
+            "the first is even, and the lab's cells divide the bundle's"
+        )
+    if unknown := sorted(set(config.swings) - set(SWINGS)):
+        raise BadInput(f"recordings config: swings {unknown} are unknown; choose from {sorted(SWINGS)}")
+    fabric = read_garment_file(only(inputs, "garment")).fabric
+    priors = Priors.model_validate({name: vars(getattr(fabric, name)) for name in Priors.model_fields})
+    garment = garment_of(inputs)
+    material = draw_material(priors, config.air_probability, random_stream(config.seed, garment, "fabric"))
+    sizes = {name: getattr(config, name) for name in Setup.__dataclass_fields__}
+    bundle = record(
+        priors,
+        material,
+        Setup(**sizes),
+        random_stream(config.seed, garment, "cameras"),
+        lambda names: track(names, "filming the swatch"),
+    )
+    seal = hashlib.sha256(json.dumps(truth(material), sort_keys=True).encode()).hexdigest()
+    origin = {
+        "virtual": True,
+        "what": "stand-in for a lab: a simulated swatch, not measured",
+        "concealed": {"sha256": seal},
+        "shares_with_estimator": "the sheet model; not its mesh, its time step or its parameters",
+    }
+    return bundle, origin
+
+
+def check_recordings(artifact: Path) -> list[Finding]:
+    """The bundle reads strictly, has motion to fit and motion to hold out, and enough of it was seen."""
+    from sim1.recording.bundle import read_bundle
+
+    try:
+        bundle = read_bundle(artifact / "bundle")
+    except BadInput as error:
+        return [Finding(name="bundle_reads", passed=False, detail=str(error))]
+    names = [recording.name for recording in bundle.recordings]
+    seen = min(float(recording.seen.mean()) for recording in bundle.recordings)
+    moved = max(
+        float((track.position_m.max(0) - track.position_m.min(0)).max())
+        for r in bundle.recordings
+        for track in r.drives.values()
+    )
+    return [
+        Finding(
+            name="bundle_reads", passed=True, detail=f"{len(names)} recordings of {len(bundle.anchors.marker)} markers"
+        ),
+        Finding(
+            name="held_out_motion",
+            passed=len(names) >= 2,
+            detail=f"{len(names)} recordings; a fit and a test need 2 or more",
+        ),
+        Finding(
+            name="markers_seen",
+            passed=seen >= 0.3,
+            detail=f"at least {100 * seen:.0f} % of samples seen (limit 30 %)",
+            blocking=False,
+        ),
+        Finding(
+            name="drives_move", passed=moved > 0.005, detail=f"a drive moves by up to {1e3 * moved:.0f} mm (limit 5 mm)"
+        ),
+    ]
