@@ -139,7 +139,11 @@ def probe_package(name: str, module: str) -> list[Diagnosis]:
     purpose, question = GPUS.get(name, ("", "''"))
     error, printed = import_error(f"import {module}; print('GPU:', {question})")
     missing = missing_for(module.partition(".")[0], error) if error else []
-    found = [package(name, _installed().get(name, "version unknown"), error, missing)]
+    try:
+        version = importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        version = "version unknown"
+    found = [package(name, version, error, missing)]
     if purpose:
         # Libraries print as they please; only what follows the mark is the answer.
         found.append(gpu(f"gpu for {purpose} ({name})", error, printed.rpartition("GPU:")[2].strip()))

@@ -105,7 +105,7 @@ class Arm:
         *,
         position_tolerance_m: float = 1e-4,
         rotation_tolerance_rad: float = 1e-3,
-        restart_count: int = 12,
+        restart_count: int = 20,
     ) -> np.ndarray:
         """Joint angles (6,) within the limits that put the tool at `target` (4, 4), found by damped least squares.
 

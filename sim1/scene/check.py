@@ -9,8 +9,10 @@ from pxr import Usd, UsdGeom
 
 from sim1.robot.gripper import FINGER_TRAVEL_M
 from sim1.robot.kinematics import Arm
+from sim1.robot.planar import PlanarArm
 from sim1.scene.description import Scene, read_scene
 from sim1.scene.parts import arm_parts
+from sim1.scene.reach import reach_of
 from sim1.scene.usd import garment_points
 from sim1.stage import Finding
 
@@ -35,7 +37,7 @@ def findings(artifact: Path) -> list[Finding]:
         _standing(scene, arm),
         _apart(scene, arm),
         _garment(scene, lying),
-        _reach(measured),
+        _reach(scene, arm, lying, measured),
         _calibration(measured),
         _usd(artifact / "scene.usda"),
     ]
@@ -104,12 +106,15 @@ def _garment(scene: Scene, lying: np.ndarray) -> Finding:
     )
 
 
-def _reach(measured: dict) -> Finding:
-    share, limit = measured["garment_reached_share"], measured["smallest_reached_share"]
+def _reach(scene: Scene, arm: Arm, lying: np.ndarray, measured: dict) -> Finding:
+    grasped = np.column_stack([lying[:, :2], np.full(len(lying), scene.table_top_m + measured["grasp_height_m"])])
+    share = reach_of(grasped, scene, PlanarArm.of(arm)).share(measured["largest_tilt_deg"])
+    limit = measured["smallest_reached_share"]
     return Finding(
         name="garment_within_reach",
         passed=share >= limit,
-        detail=f"{100 * share:.1f} % of the garment's points (limit {100 * limit:.0f} %)",
+        detail=f"{100 * share:.1f} % of the garment's points, tool leaning by {measured['largest_tilt_deg']:.0f} degrees"
+        f" at most (limit {100 * limit:.0f} %)",
     )
 
 

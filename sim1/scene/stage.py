@@ -49,21 +49,22 @@ def scene(inputs: Inputs, out: Path, config: SceneConfig) -> Facts:
     region = reach_of(work_region(made.scene), made.scene, made.planar)
     draw_scene(out / "scene.png", made.scene, parts, f"Scene: {name} on {config.table}")
     draw_reach(out / "reach.png", made.scene, made.planar, lying, config.grasp_height_m)
-    checks = {
+    measured = {
         "table_tolerance_m": made.table_tolerance_m,
-        "garment_reached_share": garment_reach.share(config.largest_tilt_deg),
+        "grasp_height_m": config.grasp_height_m,
+        "largest_tilt_deg": config.largest_tilt_deg,
         "smallest_reached_share": config.smallest_reached_share,
         "calibration_virtual": made.placement.virtual,
         "calibration_between_arms_rms_mm": made.placement.between_arms_rms_mm,
         "calibration_to_world_rms_mm": made.placement.to_world_rms_mm,
         "calibration_largest_residual_mm": made.arms.largest_residual_mm,
     }
-    (out / "measured.json").write_text(json.dumps(checks, indent=1, sort_keys=True) + "\n")
+    (out / "measured.json").write_text(json.dumps(measured, indent=1, sort_keys=True) + "\n")
     return {
         "table": config.table,
         "table_size_m": [float(value) for value in made.scene.table_size_m],
         "garment_size_lying_m": [round(float(value), 4) for value in lying.max(axis=0) - lying.min(axis=0)],
-        "garment_reached_share": round(checks["garment_reached_share"], 4),
+        "garment_reached_share": round(garment_reach.share(config.largest_tilt_deg), 4),
         "garment_reached_straight_down_share": round(garment_reach.share(0), 4),
         "arm_stretched_length_m": round(made.planar.stretched_m, 4),
         "work_region_straight_down_share": round(region.share(0), 4),
