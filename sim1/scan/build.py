@@ -23,6 +23,8 @@ _STEPS = (
     "rest shape",
 )
 
+_EDGE_SPACINGS = 1.3  # the surface ends here beyond the outermost points; nearer, random gaps bite into the rim
+
 
 @dataclass(frozen=True, kw_only=True)
 class Built:
@@ -72,7 +74,7 @@ def build(
     spacing = float(np.median(cKDTree(points).query(points, k=5)[0][:, 4]))
     closed = poisson(points, normals, cell_m)
     report(3, len(_STEPS), _STEPS[3])
-    cut, gaps = cut_open(closed, points, openings, gap_spacings * spacing, spacing)
+    cut, gaps = cut_open(closed, points, openings, gap_spacings * spacing, _EDGE_SPACINGS * spacing)
     surface = clean(cut, taubin_steps)
     report(4, len(_STEPS), _STEPS[4])
     area = area_m2(surface.vertices_m, surface.faces)

@@ -5,16 +5,18 @@ from pathlib import Path
 import numpy as np
 
 from sim1.scan.cloud import Shape
+from sim1.scan.scan_picture import save_small
 from sim1.scan.surface import cast_rays
 
 _PIXELS = 420  # height of a view
 
 
 def draw_preview(mesh: Shape, title: str, path: Path) -> None:
-    """Shaded mesh with its edges, from two sides."""
+    """Shaded mesh with its edges, from the front and from behind (a lying garment: from above)."""
     figure = _figure(title)
-    for place, (name, right, up) in enumerate(_sides(mesh), 1):
-        axes = figure.add_subplot(1, 2, place)
+    sides = _sides(mesh)
+    for place, (name, right, up) in enumerate(sides, 1):
+        axes = figure.add_subplot(1, len(sides), place)
         face, weights, extent, ray = _seen(mesh, right, up)
         corners = mesh.vertices_m[mesh.faces].astype(float)
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -30,33 +32,33 @@ def draw_preview(mesh: Shape, title: str, path: Path) -> None:
         axes.imshow(np.where(hit[..., None], image, 1.0).clip(0, 1), extent=extent, interpolation="antialiased")
         _label(axes, name, right, up)
     figure.text(0.5, 0.01, "blue: outside, orange: inside of the fabric", ha="center", fontsize=8)
-    figure.savefig(path, metadata={"Software": None})
+    save_small(figure, path)
 
 
-def draw_errors(mesh: Shape, points: np.ndarray, distance_m: np.ndarray, title: str, path: Path) -> None:
-    """Scan points coloured by their distance to the mesh, mm."""
+def draw_errors(
+    mesh: Shape, points: np.ndarray, normals: np.ndarray, distance_m: np.ndarray, title: str, path: Path
+) -> None:
+    """RMS distance (mm) of the scan points to the mesh, in small cells, on the two sides of the garment."""
     figure = _figure(title)
-    limit = max(float(np.percentile(distance_m, 98)) * 1e3, 0.05)
+    limit = max(float(np.percentile(distance_m, 97)) * 1e3, 0.05)
     all_axes = []
-    for place, (name, right, up) in enumerate(_sides(mesh), 1):
-        axes = figure.add_subplot(1, 2, place)
-        toward = np.cross(right, up)
-        order = np.argsort(points @ toward)[-len(points) :: max(1, len(points) // 50_000)]
-        drawn = axes.scatter(
-            points[order] @ right,
-            points[order] @ up,
-            c=distance_m[order] * 1e3,
-            s=1.2,
-            lw=0,
-            vmin=0,
-            vmax=limit,
-            cmap="viridis",
-        )
+    sides = _sides(mesh)
+    for place, (name, right, up) in enumerate(sides, 1):
+        axes = figure.add_subplot(1, len(sides), place)
+        facing = normals @ np.cross(right, up) > 0
+        drawn = axes.hexbin(
+            points[facing] @ right, points[facing] @ up, distance_m[facing] * 1e3, gridsize=90,
+            reduce_C_function=_rms, vmin=0, vmax=limit, cmap="viridis", linewidths=0,
+        )  # fmt: skip
         axes.set_aspect("equal")
         _label(axes, name, right, up)
         all_axes.append(axes)
-    figure.colorbar(drawn, ax=all_axes, label="distance of a scan point to the mesh (mm)", shrink=0.8)
-    figure.savefig(path, metadata={"Software": None})
+    figure.colorbar(drawn, ax=all_axes, label="RMS distance of scan points to the mesh (mm)", shrink=0.8)
+    save_small(figure, path)
+
+
+def _rms(values: list[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def draw_separation(points: np.ndarray, garment: np.ndarray, mesh: Shape, title: str, path: Path) -> None:
@@ -80,7 +82,7 @@ def draw_separation(points: np.ndarray, garment: np.ndarray, mesh: Shape, title:
     axes.plot(*_broken(rims @ right, rims @ up), color="tab:red", lw=1.5)
     axes.set_aspect("equal")
     _label(axes, f"mesh, {name}: openings red", right, up)
-    figure.savefig(path, metadata={"Software": None})
+    save_small(figure, path)
 
 
 def _figure(title: str):
@@ -102,7 +104,7 @@ def _sides(mesh: Shape) -> list[tuple[str, np.ndarray, np.ndarray]]:
     size = np.ptp(mesh.vertices_m, axis=0)
     x, y, z = np.eye(3)
     if size[2] < 0.3 * size[:2].min():
-        return [("from above", -y, x), ("from below", y, x)]
+        return [("from above", x, y)]
     return [("from the front", y, z), ("from behind", -y, z)]
 
 

@@ -50,7 +50,7 @@ def make_garment_mesh(scan_folder: Path, out: Path, config: "GarmentMeshConfig",
     before, after = (figures[name]["points_to_mesh"]["rms_mm"] for name in ("before_remeshing", "after_remeshing"))
     draw_preview(mesh, f"{about['title']} ({kind}): simulation mesh, {len(mesh.vertices_m)} vertices", out / "mesh.png")
     title = f"{about['title']} ({kind}): error before remeshing, RMS {before:.2f} mm (after it {after:.2f} mm)"
-    draw_errors(mesh, built.cloud.points_m, distance, title, out / "error_map.png")
+    draw_errors(mesh, built.cloud.points_m, built.normals, distance, title, out / "error_map.png")
     title = f"{about['title']} ({kind}): from points to mesh"
     draw_separation(scan.cloud.points_m, built.separation.garment, mesh, title, out / "separation.png")
     return _facts(figures)

@@ -68,7 +68,7 @@ def tshirt() -> Staged:
         rgb = np.where(print_hole[:, None], (226, 86, 52), rgb)
         return np.where((z < 0.91)[:, None], (20, 80, 92), rgb)
 
-    eyes, targets = around(centre=(-0.06, 0.0, 1.2), reach=0.85)
+    eyes, targets = around(centre=(-0.06, 0.0, 1.2), reach=0.85, below=4)
     return staged_on(parts, garment, color, eyes, targets, 0.0032)
 
 
@@ -89,10 +89,10 @@ def staged_on(
     )
 
 
-def around(centre: tuple[float, float, float], reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Scanner positions and what they look at: two rings, from slightly above and from below, and two from above."""
+def around(centre: tuple[float, float, float], reach: float, below: int) -> tuple[np.ndarray, np.ndarray]:
+    """Scanner positions and targets: a ring of 8 slightly above, a ring from below (few of them leave holes), 2 from above."""
     rings = []
-    for count, height, phase in ((8, 0.25, 0.0), (8, -0.45, 0.4)):
+    for count, height, phase in ((8, 0.25, 0.0), (below, -0.45, 0.4)):
         angle = np.arange(count) / count * 2 * np.pi + phase
         rings.append(np.stack([reach * np.cos(angle), reach * np.sin(angle), np.full(count, height)], axis=1))
     top = np.array([[0.35, 0.1, 0.75], [-0.35, -0.1, 0.75]])
@@ -104,7 +104,7 @@ def shorts() -> Staged:
     """Shorts of the project's own shape, on hips with legs."""
     from sim1.scan.virtual.shorts import hips, shorts_color, shorts_shape
 
-    eyes, targets = around(centre=(0.0, 0.0, 0.82), reach=0.75)
+    eyes, targets = around(centre=(0.0, 0.0, 0.82), reach=0.75, below=6)
     return staged_on(hips(), shorts_shape(), shorts_color, eyes, targets, 0.0032)
 
 
@@ -113,7 +113,7 @@ def polo() -> Staged:
     from sim1.scan.virtual.mannequin import shirt_mannequin
     from sim1.scan.virtual.polo import polo_color, polo_shape
 
-    eyes, targets = around(centre=(-0.06, 0.0, 1.2), reach=0.85)
+    eyes, targets = around(centre=(-0.06, 0.0, 1.2), reach=0.85, below=4)
     return staged_on(shirt_mannequin(), polo_shape(), polo_color, eyes, targets, 0.0032)
 
 

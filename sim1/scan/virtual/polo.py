@@ -47,7 +47,7 @@ def polo_color(points: np.ndarray) -> np.ndarray:
     x, y, z = points.T
     rgb = np.where((np.floor(z * 1000 / 8) % 2 == 0)[:, None], (176, 40, 52), (188, 48, 60))
     along = (np.stack([x, np.abs(y), z], axis=1) - _SHOULDER) @ _DIRECTION
-    rgb = np.where(((along > _SLEEVE_M - 0.02) & (np.abs(y) > 0.17))[:, None], (236, 236, 232), rgb)
+    rgb = np.where(((along > _SLEEVE_M - 0.02) & (np.abs(y) > 0.17) & (z > 1.18))[:, None], (236, 236, 232), rgb)
     front = (np.abs(y) < 0.018) & (x > -0.02) & (z > 1.32)
     rgb = np.where(front[:, None], (150, 28, 40), rgb)
     button = front & (y**2 + ((z - 1.34) % 0.05 - 0.02) ** 2 < 0.006**2)
