@@ -14,7 +14,8 @@ from torch import nn
 from sim1.stage import BadInput
 
 SCHEMA = "sim1.policy/1"
-MIN_SPREAD = 1e-3  # rad, m or openness: a channel that hardly moves is not blown up by its normalisation
+MIN_SPREAD = 0.01  # rad, m or openness: a channel that hardly moves is not blown up by its normalisation
+FAR_INPUT = 5.0  # spreads from the mean; what lies further out than training ever saw is taken to lie there
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +58,7 @@ class ChunkPolicy(nn.Module):
 
     def forward(self, inputs: torch.Tensor, garment: torch.Tensor) -> torch.Tensor:
         """Normalised chunk (b, chunk_frames, action) from natural inputs (b, input) and a one-hot garment (b, g)."""
-        normal = (inputs - self.input_mean) / self.input_std
+        normal = ((inputs - self.input_mean) / self.input_std).clamp(-FAR_INPUT, FAR_INPUT)
         flat = self.body(torch.cat([normal, garment], dim=-1))
         return flat.unflatten(-1, (self.shape.chunk_frames, self.shape.action_size))
 

@@ -22,12 +22,17 @@ def draw_command(policy: ChunkPolicy, trajectory: Trajectory, *, held_out: bool)
                 frames, np.degrees(trajectory.action[:, first + joint]), color=color, lw=1.2, label=f"joint {joint + 1}"
             )
             rows[0, side].plot(frames, np.degrees(said[:, first + joint]), "--", color=color, lw=1.2)
-        rows[1, side].plot(frames, trajectory.action[:, first + JOINT_COUNT], color="k", lw=1.2, label="recorded")
-        rows[1, side].plot(frames, said[:, first + JOINT_COUNT], "--", color="k", lw=1.2, label="policy")
+        rows[1, side].plot(frames, trajectory.action[:, first + JOINT_COUNT], color="k", lw=1.2)
+        rows[1, side].plot(frames, said[:, first + JOINT_COUNT], "--", color="k", lw=1.2)
         rows[0, side].set(title=f"{name} arm", ylabel="command (degrees)")
         rows[1, side].set(xlabel="frame of the dataset", ylabel="openness", ylim=(-0.1, 1.1))
-    rows[0, 1].legend(fontsize=8, ncols=2)
-    rows[1, 1].legend(fontsize=8)
+    figure.legend(
+        *rows[0, 0].get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=JOINT_COUNT,
+        fontsize=9,
+        frameon=False,
+    )
     kind = "held out" if held_out else "a training trajectory: none was held out"
     figure.suptitle(f"{trajectory.garment} {trajectory.name} ({kind}): recorded, and policy dashed")
     return figure

@@ -61,5 +61,11 @@ def nested_order(trajectories: Sequence[Trajectory], rng: np.random.Generator) -
 
 
 def usable_sizes(requested: Sequence[int], available: int) -> list[int]:
-    """Requested training sizes; those beyond what is available become one size, all that is available."""
-    return sorted({min(size, available) for size in requested if size > 0 and available > 0})
+    """Requested training sizes; those beyond what is available become one size, all that is available.
+
+    A size that this one exceeds by less than a quarter is left out: its point would say the same.
+    """
+    sizes = {size for size in requested if 0 < size <= available}
+    if available > 0 and max(requested, default=0) > available:
+        sizes = {size for size in sizes if size * 1.25 <= available} | {available}
+    return sorted(sizes)

@@ -15,14 +15,14 @@ class PolicyConfig:
     """Training, and trials in the simulated cell."""
 
     seed: int = 0  # of the split, the order of the trajectories and the placements of the trials
-    sizes: tuple[int, ...] = (2, 4, 8)  # training trajectories; beyond what there is, all there is
+    sizes: tuple[int, ...] = (2, 4, 8, 16)  # training trajectories; beyond what there is, all there is
     seeds: tuple[int, ...] = (0, 1)  # one model per size and seed
     test_share: float = Field(0.25, gt=0, lt=1)  # of each garment's trajectories, wanted for the open-loop test
-    steps: int = Field(2000, gt=0)  # gradient steps per model
-    batch: int = Field(256, gt=0)  # frames per step
+    steps: int = Field(1500, gt=0)  # gradient steps per model
+    batch: int = Field(128, gt=0)  # frames per step
     learning_rate: float = Field(1e-3, gt=0)  # at the start of a cosine
     input_noise: float = Field(0.05, ge=0)  # standard deviation in units of each input's spread; teaches recovery
-    width: int = Field(256, gt=0)  # of the hidden layers
+    width: int = Field(128, gt=0)  # of the hidden layers
     depth: int = Field(3, gt=0)  # hidden layers
     chunk_s: float = Field(1.0, gt=0)  # commands predicted at once
     replan_s: float = Field(0.2, gt=0)  # a new chunk that often

@@ -131,7 +131,9 @@ def open_bench(inputs: Inputs, garment: str) -> Bench:
     try:
         numerics = CellConfig(**first.about["cell"])
     except (KeyError, TypeError, ValueError) as error:
-        raise BadInput(f"{folders[0]}/episode.json: no readable settings of the cell ({error!r}); make it again") from error
+        raise BadInput(
+            f"{folders[0]}/episode.json: no readable settings of the cell ({error!r}); make it again"
+        ) from error
 
     def decide(history: np.ndarray) -> tuple[bool, str | None, Mapping[str, float]]:
         judgement = judge(history, mesh.faces, task)

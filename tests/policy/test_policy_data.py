@@ -78,4 +78,7 @@ def test_small_training_sets_are_balanced_and_lie_within_larger_ones(trajectorie
 
 def test_sizes_beyond_what_there_is_become_all_there_is():
     assert usable_sizes((2, 4, 8, 16), 6) == [2, 4, 6]
+    assert usable_sizes((2, 4, 8, 16), 9) == [2, 4, 9]
+    assert usable_sizes((2, 4, 8), 9) == [2, 4, 8]
+    assert usable_sizes((2, 4), 1) == [1]
     assert usable_sizes((2, 4), 0) == []
