@@ -18,6 +18,7 @@ from sim1.stage import Finding
 
 STANDING_M = 0.006  # a calibrated base floats or sinks this much at most
 APART_M = 0.10  # between the two arms at home
+CLEAR_M = 0.07  # from a base's axis; half the diagonal of its foot is 0.05
 FARTHEST_LIMIT_RAD = 3.2  # a joint that turns farther is no arm joint: degrees in the URDF?
 
 
@@ -37,6 +38,7 @@ def findings(artifact: Path) -> list[Finding]:
         _standing(scene, arm),
         _apart(scene, arm),
         _garment(scene, lying),
+        _clear(scene, lying),
         _reach(scene, arm, lying, measured),
         _calibration(measured),
         _usd(artifact / "scene.usda"),
@@ -103,6 +105,15 @@ def _garment(scene: Scene, lying: np.ndarray) -> Finding:
         name="garment_lies_on_table",
         passed=margin >= 0 and 0 < above < 0.05,
         detail=f"{margin:.3f} m from the table's edge (limit 0), {1000 * above:.1f} mm above its top (limit 0 to 50)",
+    )
+
+
+def _clear(scene: Scene, lying: np.ndarray) -> Finding:
+    gaps = [np.linalg.norm(lying[:, :2] - base[:2, 3], axis=1).min() for base in scene.base_to_world.values()]
+    return Finding(
+        name="garment_clear_of_arms",
+        passed=min(gaps) >= CLEAR_M,
+        detail=f"{min(gaps):.3f} m from the nearer arm's first axis (limit {CLEAR_M} m)",
     )
 
 

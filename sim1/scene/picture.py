@@ -19,14 +19,14 @@ NEAR_M = 0.05
 LIGHT = np.array([-0.3, 0.35, 0.88])
 LIMITS_DEG = (0, 2.5, 22.5, 47.5, 90)  # classes of leaning on the map
 CLASSES = ("straight down", "leaning up to 20°", "up to 45°", "more")
-COLORS = ("#1b7837", "#7fbf7b", "#d9f0d3", "#f1c27d")
+COLORS = ("#1b7837", "#7fbf7b", "#dcec8a", "#f1c27d")
 
 
 def draw_scene(path: Path, scene: Scene, parts: Sequence[Part], title: str) -> None:
     """Overview from the left front, and the head camera's view."""
     overview = Camera(
-        width=640, height=480, fy_px=680.0,
-        pose=look_at(np.array([1.15, 1.05, 0.95]), np.array([-0.05, 0.0, 0.08]), np.array([0.0, 0.0, 1.0])),
+        width=640, height=480, fy_px=640.0,
+        pose=look_at(np.array([1.15, 1.05, 0.95]), np.array([-0.02, 0.0, 0.03]), np.array([0.0, 0.0, 1.0])),
     )  # fmt: skip
     figure = Figure(figsize=(10.5, 4.4), dpi=90, layout="constrained")
     figure.suptitle(title)

@@ -56,6 +56,14 @@ def test_the_shipped_calibration_is_virtual_and_submillimetre():
     assert 0.05 < placement.between_arms_rms_mm < 1.0  # it has errors, and small ones
 
 
+def test_the_shipped_calibration_is_what_the_model_of_a_calibration_makes(robot):
+    calibrate_virtually(robot)
+    shipped, again = (yaml.safe_load((folder / "calibration.yaml").read_text())["marks"] for folder in (ROBOT, robot))
+    for one, other in zip(shipped, again, strict=True):
+        for key in ("world_m", "left_rad", "right_rad"):
+            np.testing.assert_allclose(one[key], other[key], atol=1e-4)
+
+
 def test_a_survey_error_does_not_come_between_the_arms(robot):
     before = place_arms(robot, ARM, read_arms(robot)).base_to_world
 

@@ -39,7 +39,7 @@ def failed(artifact: Path) -> set[str]:
 def test_a_towel_scene_passes_its_checks_and_says_what_it_holds(made):
     out, facts = made
     assert failed(out) == set()
-    assert len(check_scene(out)) == 8
+    assert len(check_scene(out)) == 9
     assert facts["garment_size_lying_m"] == [0.4, 0.6, 0.0]
     assert facts["garment_reached_share"] == 1.0
     assert facts["work_region_leaning_45_deg_share"] == 1.0
@@ -191,7 +191,7 @@ def test_a_garment_larger_than_the_table_fails_its_check(scene_inputs, blanket, 
     out = tmp_path / "scene"
     out.mkdir()
     scene(scene_inputs(blanket, "blanket"), out, SceneConfig())
-    assert failed(out) == {"garment_lies_on_table", "garment_within_reach"}
+    assert failed(out) == {"garment_lies_on_table", "garment_clear_of_arms", "garment_within_reach"}
 
 
 @pytest.mark.parametrize("damage", ["mesh.npz", "texture.png"])
