@@ -14,14 +14,14 @@ def sheet(corners: np.ndarray) -> np.ndarray:
 
 
 def towel_points(width: float = 0.4, length: float = 0.6) -> np.ndarray:
-    x, y = np.meshgrid(np.linspace(0, width, 9), np.linspace(0, length, 13), indexing="ij")
+    x, y = np.meshgrid(np.linspace(0, width, 25), np.linspace(0, length, 37), indexing="ij")
     return np.stack([x, y, np.full_like(x, 1.0)], -1)
 
 
 def shirt_points() -> np.ndarray:
-    """Body of a shirt on a mannequin: an upright tube, wide from left to right, wider at the shoulders; front +x."""
-    angle, z = np.meshgrid(np.linspace(0, 2 * np.pi, 25), np.linspace(0.9, 1.5, 9), indexing="ij")
-    width = 0.22 + 0.05 * (z > 1.35)
+    """Body of a shirt on a mannequin: an upright tube, wide from left to right, narrow at the collar; front +x."""
+    angle, z = np.meshgrid(np.linspace(0, 2 * np.pi, 25), np.linspace(0.9, 1.5, 13), indexing="ij")
+    width = np.interp(z, [0.9, 1.2, 1.35, 1.5], [0.22, 0.22, 0.27, 0.15])
     return np.stack([0.1 * np.cos(angle), width * np.sin(angle), z], -1)
 
 
