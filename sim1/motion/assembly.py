@@ -53,6 +53,7 @@ class Source:
     garment_m: dict[str, np.ndarray]  # demo -> (T, v, 3)
     home_rad: np.ndarray  # (2, 6) joints at the start of a demonstration
     home_openness: np.ndarray  # (2,)
+    cell: Any = None  # sim1.cloth.cell.CellConfig of the demonstrations
 
 
 @dataclass(frozen=True, kw_only=True)

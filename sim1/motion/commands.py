@@ -49,7 +49,8 @@ class Arms:
         for side in range(2):
             angles = start_rad[side]
             for frame in range(len(path)):
-                angles = self.arm.inverse(targets[frame, side], angles)
+                # No restarts: another posture for the same pose would be a jump.
+                angles = self.arm.inverse(targets[frame, side], angles, restart_count=0)
                 joints[frame, side] = angles
         return joints
 

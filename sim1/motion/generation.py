@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import torch
 
-from sim1.cloth.cell import Cell, SimulationBroke
+from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
 from sim1.cloth.garment import read_garment_mesh
 from sim1.cloth.physics import read_physics
 from sim1.episode import Episode, episode_folders, read_episode, write_episode
@@ -71,7 +71,8 @@ def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, 
     task = read_task(demos / "task.json")
     pool, model = read_pool(only(inputs, "segment_pool")), read_model(only(inputs, "motion_model"))
     source, arms = read_source(demos), Arms.of_scene(scene)
-    cell = Cell(mesh, scene, read_physics(only(inputs, "calibrated_physics") / "model.yaml"), config.cell)
+    physics = read_physics(only(inputs, "calibrated_physics") / "model.yaml")
+    cell = Cell(mesh, scene, physics, source.cell)
     rows, ends = [], []
     for number in track(range(config.candidate_count + config.perturbed_count), "candidates"):
         perturbed = number >= config.candidate_count
@@ -88,7 +89,7 @@ def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, 
         ends.append(made.episode.garment_m[-1] if made.episode else None)
         if made.episode:
             folder = out / "episodes" / f"{number:04d}"
-            write_episode(folder, _with_record(made.episode, verdict, garment, config.seed, model.method))
+            write_episode(folder, _with_record(made.episode, verdict, garment, config.seed, model.method, source.cell))
             clip = head_clip(
                 made.episode.garment_m, mesh.faces, scene,
                 rate_hz=config.video_rate_hz, width=config.video_width, height=config.video_height,
@@ -120,7 +121,18 @@ def read_source(demos: Path) -> Source:
         garment_m={name: episode.garment_m for name, episode in episodes.items()},
         home_rad=first.joints_rad[0],
         home_openness=first.openness[0],
+        cell=_cell_config(demos, first),
     )
+
+
+def _cell_config(demos: Path, demo: Episode) -> CellConfig:
+    """Numerics of the demonstrations: candidates run in the same simulation."""
+    try:
+        return CellConfig(**demo.about["cell"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise BadInput(
+            f"{demos}/episodes: no usable cell settings in episode.json ({error}); make seed_demos again"
+        ) from error
 
 
 def _judged(number: int, perturbed: bool, made: Attempt, start_m: np.ndarray, faces: np.ndarray, task: Any) -> _Judged:
@@ -133,13 +145,14 @@ def _judged(number: int, perturbed: bool, made: Attempt, start_m: np.ndarray, fa
     )
 
 
-def _with_record(episode: Episode, verdict: _Judged, garment: str, seed: int, method: str) -> Episode:
+def _with_record(episode: Episode, verdict: _Judged, garment: str, seed: int, method: str, cell: CellConfig) -> Episode:
     about = {
         "garment": garment,
         "kind": "candidate",
         "seed": seed,
         "attempt": verdict.number,
         "method": method,
+        "cell": asdict(cell),
         "perturbed": verdict.perturbed,
         "sources": sorted({source["demo"] for source in verdict.attempt.sources}),
         "segments": verdict.attempt.sources,

@@ -1,6 +1,6 @@
 """Demonstrations of any length cut into `interacting` and `moving` parts (paper, section DataGen).
 
-An arm interacts while its gripper changes, and while it is closed on cloth. The time line of both arms is cut together:
+An arm interacts while its gripper changes next to cloth, and while it is closed on cloth. The time line of both arms is cut together:
 a frame is interacting when either arm is.
 """
 
@@ -49,11 +49,16 @@ def interacting_frames(
         garment_m: (T, v, 3)
         config: thresholds.
     """
-    rate = np.abs(np.gradient(openness, 1 / RATE_HZ, axis=0))
-    result = rate > config.change_rate_per_s
+    result = np.abs(np.gradient(openness, 1 / RATE_HZ, axis=0)) > config.change_rate_per_s
     for arm in range(2):
+        for frame in np.flatnonzero(result[:, arm]):  # a gripper that opens in the air on its way home touches nothing
+            result[frame, arm] = _touches(tool_m[frame, arm], garment_m[frame], config)
         result[:, arm] |= _holding(openness[:, arm], tool_m[:, arm], garment_m, config)
     return result
+
+
+def _touches(tool_m: np.ndarray, garment_m: np.ndarray, config: SegmentationConfig) -> bool:
+    return bool(np.linalg.norm(garment_m - tool_m, axis=-1).min() < config.contact_m)
 
 
 def _holding(openness: np.ndarray, tool_m: np.ndarray, garment_m: np.ndarray, config: SegmentationConfig) -> np.ndarray:
@@ -64,8 +69,7 @@ def _holding(openness: np.ndarray, tool_m: np.ndarray, garment_m: np.ndarray, co
         if holds:
             holds = value < config.release_above
         elif value < config.hold_below:
-            distance = np.linalg.norm(garment_m[frame] - tool_m[frame], axis=-1).min()
-            holds = distance < config.contact_m
+            holds = _touches(tool_m[frame], garment_m[frame], config)
         held[frame] = holds
     return held
 

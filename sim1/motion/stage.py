@@ -6,7 +6,6 @@ from typing import Literal
 
 from pydantic import Field
 
-from sim1.cloth.world import CellConfig
 from sim1.stage import BadInput, Facts, Finding, Inputs, garment_of, only, stage_config
 
 
@@ -15,10 +14,10 @@ class SegmentPoolConfig:
     """How demonstrations are cut."""
 
     change_rate_per_s: float = Field(0.25, gt=0)  # openness per second: slower drift is sensor noise, not a grasp
-    hold_below: float = Field(0.35, gt=0, le=1)  # openness of a gripper that can hold cloth
-    release_above: float = Field(0.45, gt=0, le=1)  # wider than hold_below, so that a grasp does not flicker
-    contact_m: float = Field(0.02, gt=0)  # finger tips to nearest vertex, about a simulation edge length
-    margin_s: float = Field(0.2, ge=0)  # last approach and first retreat, which depend on the cloth
+    hold_below: float = Field(0.15, gt=0, le=1)  # openness of a gripper that can hold cloth: 13 mm between the pads
+    release_above: float = Field(0.25, gt=0, le=1)  # wider than hold_below, so that a grasp does not flicker
+    contact_m: float = Field(0.03, gt=0)  # finger tips to nearest vertex: an edge length and a finger's width
+    margin_s: float = Field(0.8, ge=0)  # last approach and first retreat, which depend on the cloth
     minimum_s: float = Field(0.3, ge=0)  # shorter segments belong to their neighbours
 
 
@@ -49,11 +48,10 @@ class CandidateTrajectoriesConfig:
     perturbation_m: float = Field(0.04, gt=0)  # a displaced grasp misses or takes hold of the wrong place
     radius_m: float = Field(0.05, ge=0)  # garment placement: translation within this disc
     angle_deg: float = Field(15.0, ge=0)  # garment placement: rotation up to this
-    settle_s: float = Field(0.5, ge=0)  # rest at the end, so that the judged state is at rest
+    settle_s: float = Field(0.7, ge=0)  # rest at the end, so that the judged state is at rest
     video_width: int = Field(64, ge=16)  # px, cheap head view
     video_height: int = Field(48, ge=16)  # px
     video_rate_hz: float = Field(10.0, gt=0, le=30)
-    cell: CellConfig = CellConfig()  # numerics of the simulation, those of seed_demos
 
 
 def segment_pool(inputs: Inputs, out: Path, config: SegmentPoolConfig) -> Facts:
