@@ -27,7 +27,7 @@ class Row:
     """Counts of one variant; success is None where no trial was run."""
 
     variant: str
-    candidate_count: int
+    candidate_count: int  # without those disturbed on purpose
     accepted_count: int
     sound_count: int  # accepted by the filters and judged a success in simulation
     trial_count: int
@@ -63,6 +63,7 @@ def count_variant(inputs: Inputs, variant: str) -> Row:
     if missing:
         raise BadInput(f"ablation {variant!r}: no artifact of {', '.join(missing)}; materialize it first")
     decisions = read_decisions(found["valid_trajectories"])
+    decisions = decisions[~decisions["perturbed"]]  # disturbed on purpose, for the filters to see failures
     trials = pd.concat([read_table(path / "evaluation.parquet") for path in found["policy"].values()])
     largest = trials[trials["size"] == trials["size"].max()]
     return Row(

@@ -16,7 +16,8 @@ def write_ablation_page(out: Path, rows: Sequence[Row]) -> None:
     """Write `report.html` beside the picture `ablation.png`."""
     few = [row.variant for row in rows if row.trial_count < 30]
     notes = [
-        "Pass rate: generated candidates that the filters accepted. Success rate: closed-loop trials, in the simulated cell "
+        "Pass rate: generated candidates that the filters accepted (without the attempts that "
+        "were disturbed on purpose so that the filters see failures). Success rate: closed-loop trials, in the simulated cell "
         "with the garment moved at random, of the policies trained at the largest size, all seeds together. "
         "Intervals are 95 % Wilson intervals.",
         "A variant re-derives only what it changes; where it changes nothing before a figure, the figure is the base's own "

@@ -7,6 +7,8 @@ import pandas as pd
 
 from sim1.stage import BadInput
 
+_DECISION = ("accepted", "success", "perturbed")
+
 
 def read_table(path: Path) -> pd.DataFrame:
     """A parquet table of an artifact.
@@ -24,15 +26,15 @@ def read_decisions(artifacts: Mapping[str, Path]) -> pd.DataFrame:
     """Decisions of all garments' `valid_trajectories`, one row per candidate.
 
     Raises:
-        BadInput: a table is missing, damaged, or has no column `accepted` or `success`.
+        BadInput: a table is missing, damaged, or lacks one of the columns `_DECISION`.
     """
     tables = []
     for garment, folder in sorted(artifacts.items()):
         table = read_table(folder / "decisions.parquet")
-        missing = {"accepted", "success"} - set(table.columns)
+        missing = set(_DECISION) - set(table.columns)
         if missing:
             raise BadInput(f"{folder}/decisions.parquet: no column {', '.join(sorted(missing))}; make it again")
-        tables.append(table[["accepted", "success"]].astype(bool).assign(garment=garment))
+        tables.append(table[list(_DECISION)].astype(bool).assign(garment=garment))
     return pd.concat(tables, ignore_index=True)
 
 

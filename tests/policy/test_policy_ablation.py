@@ -8,10 +8,16 @@ from sim1.stage import BadInput
 
 
 def decisions(folder, accepted, rejected):
+    """Candidates, one of the accepted ones not folded, and three that were disturbed on purpose."""
     folder.mkdir(parents=True)
-    flags = [True] * accepted + [False] * rejected
+    count = accepted + rejected
     table = pd.DataFrame(
-        {"accepted": flags, "success": [True] * (accepted - 1) + [False] * (rejected + 1), "reason": ""}
+        {
+            "accepted": [True] * accepted + [False] * rejected + [True, False, False],
+            "success": [True] * (accepted - 1) + [False] * (rejected + 1) + [True, False, False],
+            "perturbed": [False] * count + [True] * 3,
+            "reason": "",
+        }
     )
     table.to_parquet(folder / "decisions.parquet")
     return folder

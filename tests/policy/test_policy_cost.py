@@ -18,7 +18,7 @@ def inputs(tmp_path):
     for garment, accepted in (("towel", [True, True, False]), ("tshirt", [True, True, True])):
         folders[garment] = tmp_path / garment
         folders[garment].mkdir()
-        table = pd.DataFrame({"accepted": accepted, "success": True, "reason": ""})
+        table = pd.DataFrame({"accepted": accepted, "success": True, "perturbed": False, "reason": ""})
         table.to_parquet(folders[garment] / "decisions.parquet")
     return {"valid_trajectories": folders, "prices": {"": PRICES}}
 
