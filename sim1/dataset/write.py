@@ -9,6 +9,7 @@ import pandas as pd
 from PIL import Image
 
 from sim1.dataset.keypoints import keypoint_indices
+from sim1.dataset.quiet import quiet_libraries
 from sim1.dataset.sources import RenderedClip
 from sim1.dataset.stage import DatasetConfig
 from sim1.episode import ARMS, JOINT_COUNT
@@ -55,9 +56,10 @@ def write_dataset(clips: list[RenderedClip], out: Path, config: DatasetConfig, *
         encoder_threads=1,
     )
     rows = []
-    for index, clip in enumerate(track(clips, "episodes")):
-        rows.append({"episode_index": index, **_add_episode(writer, clip, keypoints[clip.garment])})
-    writer.finalize()
+    with quiet_libraries():
+        for index, clip in enumerate(track(clips, "episodes")):
+            rows.append({"episode_index": index, **_add_episode(writer, clip, keypoints[clip.garment])})
+        writer.finalize()
     shutil.rmtree(out / "lerobot" / "images", ignore_errors=True)  # staging folder of the encoder, empty by now
     text = {garment: [int(index) for index in chosen] for garment, chosen in sorted(keypoints.items())}
     (out / "keypoints.json").write_text(json.dumps(text, indent=1) + "\n")
@@ -130,7 +132,7 @@ def _add_episode(writer, clip: RenderedClip, keypoints: np.ndarray) -> dict:
         "frame_count": len(states),
         "seed": json.dumps(about.get("seed")),
         "physics": json.dumps(about.get("physics"), sort_keys=True),
-        "scores": json.dumps(about.get("scores"), sort_keys=True),
+        "scores": json.dumps(about.get("scores", about.get("figures")), sort_keys=True),
         "look": json.dumps(clip.about["appearance"], sort_keys=True),
         "about": json.dumps(about, sort_keys=True),  # everything the episode's file says
         "first_thumbnail": ends["first"],

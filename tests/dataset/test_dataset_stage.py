@@ -96,10 +96,11 @@ def test_provenance_tells_trajectory_appearance_and_sources(made):
     assert rows["physics"][0] == '{"friction": 0.4}'
 
 
-def test_the_same_input_gives_the_same_bytes(made, tmp_path):
+def test_the_same_input_gives_the_same_bytes_without_a_word_on_the_terminal(made, tmp_path, capfd):
     inputs = {"rendered_episodes": {name: made.parent / name for name in ("towel", "shorts")}}
     dataset(inputs, tmp_path, CONFIG)
     assert digests(tmp_path) == digests(made)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_nothing_in_the_dataset_names_the_machine(made):
