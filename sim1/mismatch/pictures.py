@@ -33,7 +33,7 @@ def draw_heldout(path: Path, recording: Recording, simulated_m: dict[str, np.nda
     panels[3].set_ylabel("rms error\n[mm]")
     panels[3].set_xlabel("time [s]")
     panels[3].grid(alpha=0.3)
-    panels[0].legend(ncols=3, fontsize=8, loc="upper right")
+    panels[0].legend(ncols=3, fontsize=8, loc="upper left")
     figure.suptitle(f"Held-out recording {recording.name}: no fit has seen it", fontsize=11)
     save(figure, path)
 
@@ -55,7 +55,7 @@ def draw_parameters(path: Path, results: list[dict[str, Any]], accepted: bool) -
             panel.plot([row["low"] / row["prior"], row["high"] / row["prior"]], [y, y], color=COLOURS[label], lw=2)
             panel.plot(row["value"] / row["prior"], y, "o", color=COLOURS[label], ms=5)
             panel.annotate(
-                f"{row['value']:.3g} {row['unit']}",
+                f"{row['value']:.3g} {row['unit'] if row['unit'] != '1' else ''}",
                 (row["value"] / row["prior"], y),
                 xytext=(0, 5),
                 textcoords="offset points",

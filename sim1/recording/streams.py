@@ -170,7 +170,7 @@ def _track(path: Path, name: str, part: pd.DataFrame) -> Track:
         )
     if (bad := (openness < 0) | (openness > 1)).any():
         raise BadInput(f"{path}: row {rows[_row(bad)]}: open is {openness[_row(bad)]}; expected 0 (closed) to 1")
-    rotation = rotation / length[:, None]
+    rotation = np.where(np.abs(length - 1)[:, None] > 1e-9, rotation / length[:, None], rotation)
     flips = np.where((rotation[1:] * rotation[:-1]).sum(1) < 0, -1.0, 1.0)
     rotation = rotation * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
     moved = np.linalg.norm(np.diff(position, axis=0), axis=1)
