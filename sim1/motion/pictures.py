@@ -27,9 +27,10 @@ def draw_segmentation(path: Path, demo: str, episode: Episode, measured: ToolPat
     figure = Figure(figsize=(9, 4.6), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
     for index, arm in enumerate(ARMS):
-        top.plot(episode.time_s, episode.openness[:, index], color=ARM_COLORS[arm], label=f"{arm} arm")
+        style = {"color": ARM_COLORS[arm], "linestyle": "-" if index == 0 else "--"}  # both often coincide
+        top.plot(episode.time_s, episode.openness[:, index], label=f"{arm} arm", **style)
         height_mm = 1000 * measured.position_m[:, index, 2]
-        bottom.plot(episode.time_s, height_mm, color=ARM_COLORS[arm])
+        bottom.plot(episode.time_s, height_mm, **style)
     for axes in (top, bottom):
         for span in spans:
             if span.kind == "interacting":
@@ -42,7 +43,7 @@ def draw_segmentation(path: Path, demo: str, episode: Episode, measured: ToolPat
     figure.suptitle(f"Demonstration {demo} ({outcome}): {len(spans)} segments, {count} interacting")
     handles, labels = top.get_legend_handles_labels()
     handles.append(Patch(color=SHADE["interacting"]))
-    top.legend(handles, [*labels, "interacting"], loc="upper right", fontsize=8, ncols=3)
+    top.legend(handles, [*labels, "interacting"], loc="lower right", fontsize=8, ncols=3)
     save(figure, path)
 
 

@@ -1,4 +1,4 @@
-"""What a demonstrated transition adds to the interpolant, as a few smooth modes that vanish at both ends.
+"""What a demonstrated transition adds to the interpolant, as a few smooth modes that vanish at both ends with their slope.
 
 Learning the residual rather than absolute poses lets a few demonstrations suffice, and the modes keep what a sampler
 adds from shaking: ten sines cannot carry the jerk of frame-to-frame noise.
@@ -11,19 +11,19 @@ from sim1.motion.poses import ToolPath, from_tokens, to_tokens
 
 
 def sine_modes(phase: np.ndarray, mode_count: int) -> np.ndarray:
-    """(n, mode_count) values of sin(k pi s), k = 1 ...; exactly zero at s = 0 and s = 1."""
-    modes = np.sin(np.pi * phase[:, None] * np.arange(1, mode_count + 1))
+    """(n, mode_count) values of sin(k pi s) sin(pi s), k = 1 ...; zero with its slope at s = 0 and s = 1.
+
+    The second factor takes the slope away: a transition leaves and arrives at the speed of its neighbours.
+    """
+    modes = np.sin(np.pi * phase[:, None] * np.arange(1, mode_count + 1)) * np.sin(np.pi * phase)[:, None]
     modes[(phase == 0) | (phase == 1)] = 0.0
     return modes
 
 
 def to_modes(residual: np.ndarray, mode_count: int) -> np.ndarray:
-    """Coefficients (mode_count, c) of the modes nearest to `residual` (n, c), sampled evenly from end to end.
-
-    The sampled sines are orthogonal with norm (n - 1) / 2, so this is a projection.
-    """
+    """Least-squares coefficients (mode_count, c) of `residual` (n, c), sampled evenly from end to end."""
     modes = sine_modes(np.linspace(0, 1, len(residual)), mode_count)
-    return 2 / (len(residual) - 1) * modes.T @ residual
+    return np.linalg.lstsq(modes, residual, rcond=None)[0]
 
 
 def residual_of(path: ToolPath, token_count: int) -> tuple[np.ndarray, ToolPath, np.ndarray, np.ndarray]:

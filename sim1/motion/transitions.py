@@ -10,6 +10,7 @@ from sim1.motion.poses import TOKEN_SIZE, ToolPath, joined, to_tokens
 from sim1.motion.residual import residual_of
 
 HISTORY_COUNT = 4  # frames before the transition that the model sees
+REST_M = 2e-4  # travel of a frame step below which a tool rests: 6 mm/s
 MINIMUM_FRAMES = 6  # a shorter transition has no shape to learn
 
 
@@ -41,10 +42,19 @@ def transitions_of(segments: list[Segment]) -> list[Transition]:
                 continue
             before = parts[index - 1].path if index else part.path[:1]
             after = [parts[index + 1].path[:1]] if index + 1 < len(parts) else []
-            path = joined(before[-1:], part.path, *after)
+            whole = joined(before[-1:], part.path, *after)
+            start, end = moving_frames(whole)
+            path, before = whole[start:end], joined(before, whole[1 : start + 1])
             if len(path) >= MINIMUM_FRAMES:
                 result.append(Transition(demo=demo, history=recent(before), path=path))
     return result
+
+
+def moving_frames(path: ToolPath) -> tuple[int, int]:
+    """First and last frame (excluded) of the motion in `path`: waiting at its ends is no part of a transition."""
+    steps = np.linalg.norm(np.diff(path.position_m, axis=0), axis=-1).max(axis=1)
+    moving = np.flatnonzero(steps > REST_M)
+    return (int(moving[0]), int(moving[-1]) + 2) if len(moving) else (0, 1)
 
 
 def recent(path: ToolPath) -> ToolPath:

@@ -11,8 +11,9 @@ from sim1.motion.model import read_model, sliced, transition
 from sim1.motion.network import MotionTransformer, signal_and_noise
 from sim1.motion.placement import planar
 from sim1.motion.pool import read_pool, write_pool
+from sim1.motion.poses import joined
 from sim1.motion.stage import MotionModelConfig, check_motion_model, motion_model
-from sim1.motion.transitions import HISTORY_COUNT, augmented, bank_of, residual_scale, transitions_of
+from sim1.motion.transitions import HISTORY_COUNT, augmented, bank_of, moving_frames, residual_scale, transitions_of
 from sim1.stage import BadInput
 
 SMALL = MotionModelConfig(step_count=120, bank_count=128, width=32, layer_count=2)
@@ -45,10 +46,18 @@ def test_a_damaged_pool_is_refused_with_its_file(pool, tmp_path):
 
 def test_transitions_start_and_end_at_the_poses_of_their_neighbours(pool):
     reach, back = transitions_of(pool)[:2]
-    np.testing.assert_array_equal(reach.path.position_m[-1], pool[1].path.position_m[0])
-    np.testing.assert_array_equal(back.path.position_m[0], pool[1].path.position_m[-1])
+    np.testing.assert_allclose(reach.path.position_m[-1], pool[1].path.position_m[0], atol=1e-3)
+    np.testing.assert_allclose(back.path.position_m[0], pool[1].path.position_m[-1], atol=1e-3)
     assert len(reach.history) == len(back.history) == HISTORY_COUNT
     np.testing.assert_array_equal(back.history.position_m[-1], back.path.position_m[0])
+
+
+def test_waiting_is_no_part_of_a_transition(pool):
+    path = pool[0].path
+    waiting = joined(*[path[:1]] * 9, path, *[path[-1:]] * 20)
+    start, end = moving_frames(waiting)
+    assert 9 <= start <= 13
+    assert len(waiting) - 25 <= end <= len(waiting) - 20
 
 
 def test_augmented_transitions_keep_their_speed_and_history(pool):
