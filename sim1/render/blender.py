@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import subprocess
 import sys
 import tempfile
@@ -10,39 +9,21 @@ from pathlib import Path
 
 import sim1
 from sim1.progress import report
+from sim1.system_libraries import missing_for, remedy
 
 TAIL = 2000  # characters of Blender's own words that an error shows
-
-DEBIAN_PACKAGES = {
-    "libX11.so.6": "libx11-6",
-    "libXrender.so.1": "libxrender1",
-    "libXxf86vm.so.1": "libxxf86vm1",
-    "libXfixes.so.3": "libxfixes3",
-    "libXi.so.6": "libxi6",
-    "libXext.so.6": "libxext6",
-    "libXt.so.6": "libxt6",
-    "libSM.so.6": "libsm6",
-    "libICE.so.6": "libice6",
-    "libxkbcommon.so.0": "libxkbcommon0",
-    "libGL.so.1": "libgl1",
-    "libEGL.so.1": "libegl1",
-    "libgomp.so.1": "libgomp1",
-}
 
 
 class BlenderFailed(RuntimeError):
     """Blender's process ended before its work was done."""
 
 
-def missing_library(message: str) -> str | None:
-    """What to install where `message` says that a shared library is missing, or None."""
-    found = re.search(r"(lib\S+?\.so[.\d]*): cannot open shared object file", message)
-    if found is None:
-        return None
-    library = found[1]
-    package = DEBIAN_PACKAGES.get(library)
-    how = f"apt-get install {package}" if package else f"find its package with: apt-file search {library}"
-    return f"Blender needs the system library {library}; {how}"
+def why_not_loaded(error: str) -> str:
+    """What to do about an import error of bpy: every system library that it lacks, with the packages to install."""
+    libraries = missing_for("bpy", error)
+    if not libraries:
+        return f"Blender cannot be loaded: {error}"
+    return f"Blender lacks system libraries: {', '.join(libraries)}; {remedy(libraries)}"
 
 
 def run_blender(
@@ -88,7 +69,7 @@ def run_blender(
         errors.seek(0)
         words = errors.read().decode(errors="replace")
     if failed is not None:
-        raise BlenderFailed(missing_library(failed) or f"Blender cannot be loaded: {failed}")
+        raise BlenderFailed(why_not_loaded(failed))
     if broken is not None:
         raise BlenderFailed(
             f"Blender's process says {broken[:200]!r}, which is no progress line; its last words:\n{words[-TAIL:]}"

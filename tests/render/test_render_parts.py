@@ -12,7 +12,7 @@ from towel_cell import URDF, episode, looking_at_origin, towel
 
 from sim1.episode import write_episode
 from sim1.render.appearance import MIN_CONTRAST, draw_appearance, mean_color
-from sim1.render.blender import BlenderFailed, missing_library, run_blender
+from sim1.render.blender import BlenderFailed, run_blender, why_not_loaded
 from sim1.render.cameras import project, raised
 from sim1.render.check import check_frames
 from sim1.render.robot_visuals import link_motion, part_poses, robot_parts
@@ -100,7 +100,7 @@ def test_a_missing_system_library_is_named_with_its_package(tmp_path):
     line = json.dumps({"failed": "libXi.so.6: cannot open shared object file: No such file or directory"})
     with pytest.raises(BlenderFailed, match=r"libXi\.so\.6; apt-get install libxi6"):
         run_blender(tmp_path, tmp_path, command=(sys.executable, "-c", f"print({line!r}); raise SystemExit(3)"))
-    assert missing_library("no such module") is None
+    assert why_not_loaded("no such module") == "Blender cannot be loaded: no such module"
 
 
 @pytest.fixture

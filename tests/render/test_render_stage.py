@@ -1,6 +1,8 @@
 """Trajectories become frames: in step with the states, repeatable, resumable."""
 
 import json
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -10,6 +12,7 @@ from PIL import Image
 from towel_cell import write_inputs
 
 from sim1.progress import listening
+from sim1.render.plan import plan_job
 from sim1.render.stage import RenderConfig, check_rendered_episodes, rendered_episodes
 from sim1.stage import BadInput
 
@@ -97,6 +100,28 @@ def test_the_garment_moves_in_the_picture_as_it_does_in_the_states(inputs, tmp_p
     assert change[-4:, :4].mean() < 5
     wrist = [np.asarray(Image.open(clip / "left_wrist" / f"{i:06d}.png"), float) for i in (0, 1)]
     assert np.abs(wrist[1] - wrist[0]).mean() > 1.0
+
+
+def test_a_worker_whose_parent_is_gone_ends_by_itself(inputs, tmp_path):
+    job, out = tmp_path / "job", tmp_path / "out"
+    out.mkdir()
+    plan_job(
+        trajectories=inputs["valid_trajectories"]["towel"],
+        mesh=inputs["garment_mesh"]["towel"],
+        scene=inputs["scene"]["towel"],
+        garment="towel",
+        out=out,
+        folder=job,
+        config=RenderConfig(**{**CONFIG.__dict__, "variants": 40}),
+    )
+    root = Path(__file__).parents[2]
+    command = [sys.executable, "-m", "sim1.render.worker", str(job), str(out)]
+    worker = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=root)
+    assert json.loads(worker.stdout.readline()) == {"done": 0, "total": 160, "what": "frames"}
+    worker.stdout.close()  # as the system does with what a killed parent held
+    assert worker.wait(timeout=60) != 0
+    assert len(list(out.rglob("*.png"))) < 5
+    assert not list(out.rglob("*.part"))
 
 
 def test_a_rate_that_does_not_divide_that_of_the_states_is_refused(inputs, tmp_path):
