@@ -75,7 +75,7 @@ def build(
     closed = poisson(points, normals, cell_m)
     report(3, len(_STEPS), _STEPS[3])
     cut, gaps = cut_open(closed, points, openings, gap_spacings * spacing, _EDGE_SPACINGS * spacing)
-    surface = clean(cut, taubin_steps)
+    surface = clean(cut, points, spacing, taubin_steps)
     report(4, len(_STEPS), _STEPS[4])
     area = area_m2(surface.vertices_m, surface.faces)
     # An even mesh of v vertices has about 2 v equilateral triangles.

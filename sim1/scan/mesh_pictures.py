@@ -63,7 +63,7 @@ def _rms(values: list[float]) -> float:
 
 def draw_separation(points: np.ndarray, garment: np.ndarray, mesh: Shape, title: str, path: Path) -> None:
     """Left: the scan, the garment's points and what was taken for the support. Right: the rims of the mesh."""
-    from sim1.scan.remesh import rim_edges
+    from sim1.scan.rims import rim_edges
 
     figure = _figure(title)
     name, right, up = _sides(mesh)[0]

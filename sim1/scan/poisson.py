@@ -7,7 +7,10 @@ from sim1.stage import BadInput
 
 
 def poisson(points: np.ndarray, normals: np.ndarray, cell_m: float) -> Shape:
-    """Closed surface through points (n, 3) m with outward normals; Kazhdan & Hoppe 2013, octree cells of about `cell_m`."""
+    """Surface through points (n, 3) m with outward normals; Kazhdan & Hoppe 2013, octree cells of about `cell_m`.
+
+    It has no rim but where it leaves the box around the points, far from any of them.
+    """
     import pymeshlab
 
     side = float(np.ptp(points, axis=0).max()) * 1.1
@@ -24,14 +27,14 @@ def poisson(points: np.ndarray, normals: np.ndarray, cell_m: float) -> Shape:
 def cut_open(
     surface: Shape, points: np.ndarray, openings: int, reach_m: float, edge_m: float
 ) -> tuple[Shape, list[float]]:
-    """Cut the garment's openings into a closed surface.
+    """Cut the garment's openings into a Poisson surface.
 
     Poisson closes everything. Patches farther than `reach_m` from any point are either an opening of the garment or a hole of
     the scan (occlusion, drop-out). The `openings` patches with the longest rims are openings: they are removed, back to where
     the surface comes within `edge_m` of a point. The others stay closed.
 
     Args:
-        surface: closed surface of `poisson`.
+        surface: of `poisson`.
         points: (n, 3) m.
         openings: boundary loops of the real garment.
         reach_m: largest gap between points that is not a hole.

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim1.scan.remesh import rim_lengths_m
+from sim1.scan.rims import rim_lengths_m
 
 _STRETCH_LIMIT = 0.005  # RMS relative change of an edge; a woven fabric takes more without resistance
 

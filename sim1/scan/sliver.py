@@ -4,7 +4,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sim1.scan.cloud import Shape
-from sim1.scan.remesh import corner_angles_rad, rim_edges
+from sim1.scan.remesh import corner_angles_rad
+from sim1.scan.rims import rim_edges
 from sim1.scan.surface import closest_points
 
 _CORNER_COS = np.cos(np.radians(40.0))  # a rim that turns by more is a corner of the garment, which stays

@@ -10,7 +10,8 @@ from sim1.scan.accuracy import deviations
 from sim1.scan.build import Built, build
 from sim1.scan.cloud import Scan, read_scan
 from sim1.scan.mesh_pictures import draw_errors, draw_preview, draw_separation
-from sim1.scan.remesh import area_m2, corner_angles_rad, rim_lengths_m
+from sim1.scan.remesh import area_m2, corner_angles_rad
+from sim1.scan.rims import rim_lengths_m
 from sim1.scan.texture import bake, write_textured_obj
 from sim1.stage import Facts, random_stream
 
