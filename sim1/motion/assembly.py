@@ -18,6 +18,7 @@ from sim1.motion.model import MotionModel, sliced, transition
 from sim1.motion.placement import fitted_placement, grasp_weight, planar, random_placement
 from sim1.motion.pool import Segment, by_demo
 from sim1.motion.poses import ToolPath, joined
+from sim1.motion.reaching import reachable
 from sim1.motion.transitions import recent
 from sim1.robot.kinematics import Unreachable
 
@@ -165,8 +166,16 @@ def attempt(
             before = source.garment_m[part.demo][part.start_frame]
             weight = grasp_weight(before, part.grasps, GRASP_REACH_M)
             now = fitted_placement(before, np.asarray(cell.garment_m, float), weight)
-            sources.append({"segment": part.segment, "demo": part.demo, "order": part.order})
-            target = part.path.moved(offset @ now)
+            target, (turn_share, lean) = reachable(part.path, offset @ now, arms, part.joints_rad[0])
+            sources.append(
+                {
+                    "segment": part.segment,
+                    "demo": part.demo,
+                    "order": part.order,
+                    "turn_share": turn_share,
+                    "lean_rad": lean,
+                }
+            )
             follower.go(
                 model, target, lambda start, steps, part=part, now=now: _slice(segments, part, now, start, steps), rng
             )

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from sim1.robot.kinematics import Arm
     from sim1.scene.description import Scene
 
+POSITION_TOLERANCE_M = 1e-3  # at a joint's limit a tool may be off by what a real arm is off anyway
+ROTATION_TOLERANCE_RAD = 0.02
+
 
 @dataclass(frozen=True, kw_only=True)
 class Arms:
@@ -50,7 +53,13 @@ class Arms:
             angles = start_rad[side]
             for frame in range(len(path)):
                 # No restarts: another posture for the same pose would be a jump.
-                angles = self.arm.inverse(targets[frame, side], angles, restart_count=0)
+                angles = self.arm.inverse(
+                    targets[frame, side],
+                    angles,
+                    restart_count=0,
+                    position_tolerance_m=POSITION_TOLERANCE_M,
+                    rotation_tolerance_rad=ROTATION_TOLERANCE_RAD,
+                )
                 joints[frame, side] = angles
         return joints
 

@@ -12,18 +12,18 @@ import pandas as pd
 import torch
 
 from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
-from sim1.cloth.garment import read_garment_mesh
+from sim1.cloth.garment import GarmentMesh, read_garment_mesh
 from sim1.cloth.physics import read_physics
 from sim1.episode import Episode, episode_folders, read_episode, write_episode
 from sim1.motion.assembly import Attempt, Source, Variation, attempt
 from sim1.motion.commands import Arms
-from sim1.motion.model import read_model
+from sim1.motion.model import MotionModel, read_model
 from sim1.motion.pictures import draw_attempts
 from sim1.motion.placement import unplaced
-from sim1.motion.pool import read_pool
-from sim1.progress import track
-from sim1.robot.expert_task import read_task
-from sim1.scene.description import read_scene
+from sim1.motion.pool import Segment, read_pool
+from sim1.progress import report
+from sim1.robot.expert_task import Task, read_task
+from sim1.scene.description import Scene, read_scene
 from sim1.stage import BadInput, Facts, Inputs, only, random_stream
 from sim1.validity.clips import head_clip, write_clip
 from sim1.validity.success import judge
@@ -44,6 +44,7 @@ class _Judged:
     figures: dict[str, float]
 
     def row(self) -> dict[str, Any]:
+        """Row of `attempts.parquet`."""
         ran = self.attempt.episode
         return {
             "attempt": self.number,
@@ -61,6 +62,20 @@ class _Judged:
             **{f"figure.{name}": value for name, value in sorted(self.figures.items())},
         }
 
+    def about(self) -> dict[str, Any]:
+        """What the episode says of itself."""
+        return {
+            "kind": "candidate",
+            "attempt": self.number,
+            "perturbed": self.perturbed,
+            "sources": sorted({source["demo"] for source in self.attempt.sources}),
+            "segments": self.attempt.sources,
+            "placement": self.attempt.placement.tolist(),
+            "success": self.success,
+            "failure": self.failure,
+            "figures": {name: float(value) for name, value in sorted(self.figures.items())},
+        }
+
 
 def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, out: Path) -> Facts:
     """Make, run, judge and write all attempts of one garment."""
@@ -73,31 +88,69 @@ def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, 
     source, arms = read_source(demos), Arms.of_scene(scene)
     physics = read_physics(only(inputs, "calibrated_physics") / "model.yaml")
     cell = Cell(mesh, scene, physics, source.cell)
-    rows, ends = [], []
-    for number in track(range(config.candidate_count + config.perturbed_count), "candidates"):
-        perturbed = number >= config.candidate_count
+    bench = _Bench(garment=garment, mesh=mesh, scene=scene, task=task, pool=pool, model=model, source=source, arms=arms,
+                   cell=cell, config=config, out=out)  # fmt: skip
+    rows: list[dict[str, Any]] = []
+    ends: list[np.ndarray | None] = []
+    plans = [(False, config.candidate_count), (True, config.perturbed_count)]
+    total = config.candidate_count + config.perturbed_count
+    for perturbed, wanted in plans:
+        ran = 0
+        for _ in range(config.tries_per_candidate * wanted):
+            if ran == wanted:
+                break
+            report(sum(row["ran"] for row in rows), total, "candidates")
+            row, end = bench.run(len(rows), perturbed)
+            rows.append(row)
+            ends.append(end)
+            ran += row["ran"]
+    report(total, total, "candidates")
+    pd.DataFrame(rows).to_parquet(out / "attempts.parquet", index=False)
+    draw_attempts(out / "attempts.png", rows, ends, source.start_m)
+    return _facts(rows)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Bench:
+    """Everything that all attempts of a garment share."""
+
+    garment: str
+    mesh: GarmentMesh
+    scene: Scene
+    task: Task
+    pool: list[Segment]
+    model: MotionModel
+    source: Source
+    arms: Arms
+    cell: Cell
+    config: CandidateTrajectoriesConfig
+    out: Path
+
+    def run(self, number: int, perturbed: bool) -> tuple[dict[str, Any], np.ndarray | None]:
+        """Make, judge and write one attempt: its row, and where the garment ended."""
+        config = self.config
         variation = Variation(
             radius_m=config.radius_m,
             angle_rad=float(np.radians(config.angle_deg)),
             grasp_offset_m=config.perturbation_m if perturbed else 0.0,
             settle_s=config.settle_s,
         )
-        stream = random_stream(config.seed, garment, "candidate", number)
-        made = attempt(pool, source, model, arms, cell, variation, stream, SimulationBroke)
-        verdict = _judged(number, perturbed, made, source.start_m, mesh.faces, task)
-        rows.append(verdict.row())
-        ends.append(made.episode.garment_m[-1] if made.episode else None)
-        if made.episode:
-            folder = out / "episodes" / f"{number:04d}"
-            write_episode(folder, _with_record(made.episode, verdict, garment, config.seed, model.method, source.cell))
-            clip = head_clip(
-                made.episode.garment_m, mesh.faces, scene,
-                rate_hz=config.video_rate_hz, width=config.video_width, height=config.video_height,
-            )  # fmt: skip
-            write_clip(folder, clip)
-    pd.DataFrame(rows).to_parquet(out / "attempts.parquet", index=False)
-    draw_attempts(out / "attempts.png", rows, ends, source.start_m)
-    return _facts(rows)
+        stream = random_stream(config.seed, self.garment, "candidate", number)
+        made = attempt(self.pool, self.source, self.model, self.arms, self.cell, variation, stream, SimulationBroke)
+        verdict = _judged(number, perturbed, made, self.source.start_m, self.mesh.faces, self.task)
+        if made.episode is None:
+            return verdict.row(), None
+        folder = self.out / "episodes" / f"{number:04d}"
+        about = {
+            "garment": self.garment,
+            "seed": config.seed,
+            "method": self.model.method,
+            "cell": asdict(self.source.cell),
+        }
+        write_episode(folder, dataclasses.replace(made.episode, about=about | verdict.about()))
+        size = {"rate_hz": config.video_rate_hz, "width": config.video_width, "height": config.video_height}
+        write_clip(folder, head_clip(made.episode.garment_m, self.mesh.faces, self.scene, **size))
+        return verdict.row(), made.episode.garment_m[-1]
 
 
 def read_source(demos: Path) -> Source:
@@ -143,25 +196,6 @@ def _judged(number: int, perturbed: bool, made: Attempt, start_m: np.ndarray, fa
     return _Judged(
         number=number, perturbed=perturbed, attempt=made, success=bool(success), failure=failure, figures=figures
     )
-
-
-def _with_record(episode: Episode, verdict: _Judged, garment: str, seed: int, method: str, cell: CellConfig) -> Episode:
-    about = {
-        "garment": garment,
-        "kind": "candidate",
-        "seed": seed,
-        "attempt": verdict.number,
-        "method": method,
-        "cell": asdict(cell),
-        "perturbed": verdict.perturbed,
-        "sources": sorted({source["demo"] for source in verdict.attempt.sources}),
-        "segments": verdict.attempt.sources,
-        "placement": verdict.attempt.placement.tolist(),
-        "success": verdict.success,
-        "failure": verdict.failure,
-        "figures": {name: float(value) for name, value in sorted(verdict.figures.items())},
-    }
-    return dataclasses.replace(episode, about=about)
 
 
 def _facts(rows: list[dict[str, Any]]) -> Facts:

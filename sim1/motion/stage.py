@@ -43,8 +43,9 @@ class CandidateTrajectoriesConfig:
     """Algorithm 1: how many attempts, and how much they vary."""
 
     seed: int = 0  # attempt i draws from its own stream of (seed, garment, i)
-    candidate_count: int = Field(4, ge=1)  # attempts meant to succeed
-    perturbed_count: int = Field(1, ge=0)  # attempts with displaced grasps, for the filters to see failures
+    candidate_count: int = Field(3, ge=1)  # attempts that run, meant to succeed
+    perturbed_count: int = Field(1, ge=0)  # attempts that run with displaced grasps, for the filters to see failures
+    tries_per_candidate: int = Field(4, ge=1)  # a draw out of the arms' reach costs no simulation, and is drawn again
     perturbation_m: float = Field(0.04, gt=0)  # a displaced grasp misses or takes hold of the wrong place
     radius_m: float = Field(0.05, ge=0)  # garment placement: translation within this disc
     angle_deg: float = Field(15.0, ge=0)  # garment placement: rotation up to this

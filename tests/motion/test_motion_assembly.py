@@ -10,6 +10,7 @@ from sim1.motion.durations import DurationModel
 from sim1.motion.model import MotionModel
 from sim1.motion.placement import planar
 from sim1.motion.poses import ToolPath
+from sim1.motion.reaching import changed, reachable
 from sim1.robot.kinematics import Arm, Unreachable
 
 URDF = Path(__file__).parents[2] / "data" / "robot" / "robot.urdf"
@@ -181,3 +182,36 @@ def test_a_hurried_transition_is_given_the_time_that_the_joints_need(arms, demon
     made = run((lifted, source), arms, model=a_model(rest_s=0.05))
     assert made.failure is None
     assert made.speed_share <= 1
+
+
+class StiffWrists:
+    """Arms whose tools cannot turn by more than 0.15 rad from the demonstrated attitude."""
+
+    def __init__(self, shown: ToolPath):
+        self.shown = shown
+
+    def joints_for(self, path, start_rad):
+        relative = self.shown.rotation.swapaxes(-1, -2) @ path.rotation
+        angle = np.arccos(np.clip((np.trace(relative, axis1=-2, axis2=-1) - 1) / 2, -1, 1)).max()
+        if angle > 0.15:
+            raise Unreachable(0.0, angle)
+        return np.zeros((len(path), 2, 6))
+
+
+def test_the_most_faithful_attitude_in_reach_is_taken_and_fingertips_stay(arms, demonstrated):
+    path = demonstrated[0][1].path
+    for turn, share in ((0.1, 1.0), (0.2, 0.5), (0.8, 0.0)):
+        placement = planar(np.array([0.02, 0.0]), turn, np.zeros(3))
+        moved, change = reachable(path, placement, StiffWrists(path), HOME)
+        assert change == (share, 0.0)
+        np.testing.assert_allclose(moved.position_m, path.moved(placement).position_m, atol=2e-3)
+
+
+def test_leaning_tilts_the_fingers_forward_and_keeps_the_lower_edge_up(arms):
+    down = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    path = ToolPath(
+        position_m=np.zeros((1, 2, 3)), rotation=np.broadcast_to(down, (1, 2, 3, 3)), openness=np.ones((1, 2))
+    )
+    lean = changed(path, np.eye(4), 1.0, 0.3)
+    np.testing.assert_allclose(lean.rotation[0, 0, :, 0], [np.sin(0.3), 0, -np.cos(0.3)], atol=1e-12)
+    np.testing.assert_allclose(lean.position_m[0, 0], [0, 0, 0.011 * np.sin(0.3)], atol=1e-12)
