@@ -9,7 +9,7 @@ import pandas as pd
 
 from sim1.policy.episodes import Trajectory, read_keypoints, read_rate_hz, read_trajectories
 from sim1.policy.model import SCHEMA, ChunkPolicy, save_policy
-from sim1.policy.pictures import draw_command
+from sim1.policy.pictures import draw_command, draw_trials
 from sim1.policy.rollout import Driving
 from sim1.policy.split import GarmentSplit, nested_order, split_garment, usable_sizes
 from sim1.policy.stage import PolicyConfig
@@ -76,13 +76,13 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     driven = trial_garments(garments, config)
     trials = Trials(inputs=inputs, driving=driving, duration_s=duration_s, config=config)
     keypoints = {name: read_keypoints(dataset, name) for name in garments}
-    rows = trials.run({key: models[key] for key in chosen}, driven, keypoints, _rest_of_progress)
+    tried = trials.run({key: models[key] for key in chosen}, driven, keypoints, _rest_of_progress)
 
     (out / "policies").mkdir()
     for (size, seed), model in models.items():
         save_policy(out / "policies" / f"{size}_{seed}.safetensors", model)
     pd.DataFrame(errors, columns=list(OPEN_LOOP_COLUMNS)).to_parquet(out / "open_loop.parquet", index=False)
-    pd.DataFrame(rows, columns=list(TRIAL_COLUMNS)).to_parquet(out / "evaluation.parquet", index=False)
+    pd.DataFrame(tried.rows, columns=list(TRIAL_COLUMNS)).to_parquet(out / "evaluation.parquet", index=False)
     about = {
         "schema": SCHEMA,
         "rate_hz": rate_hz,
@@ -102,6 +102,8 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     (out / "policy.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
     largest = models[sizes[-1], config.seeds[0]]
     draw_command(largest, (held_out or order)[0], held_out=bool(held_out)).savefig(out / "command.png", dpi=110)
+    if tried.strips:
+        draw_trials(tried.strips).savefig(out / "trials.png", dpi=110)
     return {
         "model_count": len(models),
         "sizes": ", ".join(map(str, sizes)),
@@ -109,8 +111,8 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         "held_out_joint_error_rad": _mean([row["joint_error_rad"] for row in errors if row["size"] == sizes[-1]]),
         "standing_still_joint_error_rad": _mean([row["hold_joint_error_rad"] for row in errors]),
         "trial_garments": ", ".join(driven),
-        "trial_count": len(rows),
-        "success_count": sum(row["success"] for row in rows),
+        "trial_count": len(tried.rows),
+        "success_count": sum(row["success"] for row in tried.rows),
     }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
 from sim1.cloth.garment import read_garment_mesh
 from sim1.cloth.physics import read_physics
-from sim1.episode import episode_folders, read_episode
+from sim1.episode import RATE_HZ, episode_folders, read_episode
 from sim1.motion.placement import random_placement
 from sim1.policy.model import ChunkPolicy
 from sim1.policy.rollout import Driving, Start, roll_out
@@ -18,6 +18,7 @@ from sim1.policy.stage import PolicyConfig
 from sim1.robot.expert_task import read_task
 from sim1.scene.description import read_scene
 from sim1.stage import BadInput, Inputs, random_stream
+from sim1.validity.raster import render_head_view
 from sim1.validity.success import judge
 
 TRIAL_COLUMNS = (
@@ -36,6 +37,24 @@ class Bench:
     cell: Any  # sim1.cloth.cell.Cell, or what behaves like it
     start: Start
     judge: Judge
+    look: Callable[[np.ndarray], np.ndarray]  # garment (v, 3) -> picture (h, w, 3) u8
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilmStrip:
+    """One trial as a row of pictures."""
+
+    title: str
+    times_s: tuple[float, ...]
+    pictures: tuple[np.ndarray, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialResults:
+    """What came of all trials."""
+
+    rows: list[dict[str, Any]]
+    strips: list[FilmStrip]  # the first trial of every garment and model
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,9 +72,10 @@ class Trials:
         garments: Sequence[str],
         keypoints: Mapping[str, np.ndarray],
         progress: Callable[[float, str], None],
-    ) -> list[dict[str, Any]]:
+    ) -> TrialResults:
         """One row per garment, model and trial; every model meets the same placements."""
         rows: list[dict[str, Any]] = []
+        strips: list[FilmStrip] = []
         total = len(models) * len(garments) * self.config.trial_count
         for garment in garments if total else ():
             bench = open_bench(self.inputs, garment)
@@ -66,10 +86,13 @@ class Trials:
                     def on_frame(share: float, done: int = len(rows), what: str = what) -> None:
                         progress((done + share) / total, what)
 
-                    outcome = self._trial(bench, model, garment, keypoints[garment], trial, on_frame)
+                    outcome, history = self._trial(bench, model, garment, keypoints[garment], trial, on_frame)
                     rows.append({"size": size, "seed": seed, "garment": garment, "trial": trial, **outcome})
+                    if trial == 0:
+                        told = "success" if outcome["success"] else outcome["failure"]
+                        strips.append(film_strip(f"{garment}, {size} trajectories: {told}", history, bench.look))
         progress(1.0, "trials done")
-        return rows
+        return TrialResults(rows=rows, strips=strips)
 
     def _trial(
         self,
@@ -79,14 +102,14 @@ class Trials:
         keypoints: np.ndarray,
         trial: int,
         on_frame: Callable[[float], None],
-    ) -> dict[str, Any]:
+    ) -> tuple[dict[str, Any], np.ndarray]:
         rng = random_stream(self.config.seed, "trial", garment, trial)
         centre = bench.start.garment_m.mean(axis=0)
         placement = random_placement(rng, self.config.shift_m, self.config.turn_rad, centre)
         moved = bench.start.garment_m @ placement[:3, :3].T + placement[:3, 3]
         start = Start(garment_m=moved, joints_rad=bench.start.joints_rad, openness=bench.start.openness)
         shift = moved.mean(axis=0) - centre
-        duration_s = self.duration_s
+        duration_s, history = self.duration_s, moved[None]
         try:
             history = roll_out(bench.cell, start, model, garment, keypoints, self.driving, duration_s, on_frame)
             # The task's fold lines lie along the world's axes: judged as if the garment had not been moved, a turned
@@ -94,8 +117,8 @@ class Trials:
             unmoved = (history - placement[:3, 3]) @ placement[:3, :3]
             success, failure, figures = bench.judge(unmoved)
         except SimulationBroke:
-            success, failure, figures, duration_s = False, BROKEN, {}, bench.cell.frame / 30.0
-        return {
+            success, failure, figures, duration_s = False, BROKEN, {}, bench.cell.frame / RATE_HZ
+        outcome = {
             "success": success,
             "failure": failure,
             "figures": json.dumps({key: float(value) for key, value in sorted(figures.items())}),
@@ -104,6 +127,17 @@ class Trials:
             "turn_rad": float(np.arctan2(placement[1, 0], placement[0, 0])),
             "simulated_s": duration_s,
         }
+        return outcome, history
+
+
+def film_strip(title: str, history: np.ndarray, look: Callable[[np.ndarray], np.ndarray], count: int = 5) -> FilmStrip:
+    """Evenly spaced pictures of a garment's run (T, v, 3), first and last frame included."""
+    frames = sorted({round(place) for place in np.linspace(0, len(history) - 1, count)})
+    return FilmStrip(
+        title=title,
+        times_s=tuple(frame / RATE_HZ for frame in frames),
+        pictures=tuple(look(history[frame]) for frame in frames),
+    )
 
 
 def open_bench(inputs: Inputs, garment: str) -> Bench:
@@ -139,7 +173,12 @@ def open_bench(inputs: Inputs, garment: str) -> Bench:
         judgement = judge(history, mesh.faces, task)
         return bool(judgement.success), judgement.failure, judgement.figures
 
+    scene = read_scene(inputs["scene"][garment])
+
+    def look(garment_m: np.ndarray) -> np.ndarray:
+        return render_head_view(garment_m, mesh.faces, scene, width=160, height=120)
+
     physics = read_physics(inputs["calibrated_physics"][garment] / "model.yaml")
-    cell = Cell(mesh, read_scene(inputs["scene"][garment]), physics, numerics)
+    cell = Cell(mesh, scene, physics, numerics)
     start = Start(garment_m=garment_m, joints_rad=first.joints_rad[0], openness=first.openness[0])
-    return Bench(cell=cell, start=start, judge=decide)
+    return Bench(cell=cell, start=start, judge=decide, look=look)

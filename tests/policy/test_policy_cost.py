@@ -9,7 +9,7 @@ from sim1.policy.cost import paper_simulation, read_prices, read_timings, real_c
 from sim1.policy.stage import CostReportConfig, check_cost_report, cost_report
 from sim1.stage import BadInput
 
-PRICES = Path(__file__).parents[2] / "data" / "environment" / "prices.yaml"
+PRICES = Path(__file__).parents[2] / "data" / "prices.yaml"
 
 
 @pytest.fixture

@@ -65,6 +65,11 @@ def start() -> Start:
     return Start(garment_m=garment, joints_rad=np.zeros((2, 6)), openness=np.ones(2))
 
 
+def look(garment_m):
+    assert garment_m.shape == (VERTICES, 3)
+    return np.zeros((12, 16, 3), np.uint8)
+
+
 @pytest.fixture
 def bench(monkeypatch):
     """A garment that nobody ever folds."""
@@ -72,7 +77,7 @@ def bench(monkeypatch):
     def judge(history):
         return False, "not_folded", {"frames": len(history)}
 
-    bench = Bench(cell=ObedientCell(), start=start(), judge=judge)
+    bench = Bench(cell=ObedientCell(), start=start(), judge=judge, look=look)
     monkeypatch.setattr(sim1.policy.trials, "open_bench", lambda *_: bench)
     return bench
 
@@ -139,7 +144,7 @@ def test_progress_rises_from_nothing_to_all(tmp_path, dataset, bench):
 
 
 def test_a_simulation_that_breaks_is_a_failure_with_its_own_class(tmp_path, dataset, monkeypatch):
-    bench = Bench(cell=ObedientCell(breaks_at=5), start=start(), judge=lambda history: (True, None, {}))
+    bench = Bench(cell=ObedientCell(breaks_at=5), start=start(), judge=lambda history: (True, None, {}), look=look)
     monkeypatch.setattr(sim1.policy.trials, "open_bench", lambda *_: bench)
     (tmp_path / "p").mkdir()
     policy({"dataset": {"": dataset.path}}, tmp_path / "p", CONFIG)
@@ -157,7 +162,7 @@ def test_the_judge_sees_the_garment_as_if_it_had_not_been_moved(tmp_path, datase
         return True, None, {}
 
     monkeypatch.setattr(
-        sim1.policy.trials, "open_bench", lambda *_: Bench(cell=ObedientCell(), start=start(), judge=judge)
+        sim1.policy.trials, "open_bench", lambda *_: Bench(cell=ObedientCell(), start=start(), judge=judge, look=look)
     )
     (tmp_path / "p").mkdir()
     policy({"dataset": {"": dataset.path}}, tmp_path / "p", CONFIG)
