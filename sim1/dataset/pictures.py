@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from sim1.dataset.check import column, read_tables
 from sim1.dataset.check_videos import frame_at
+from sim1.picture_file import save_figure
 
 COLUMNS = 5
 
@@ -31,12 +32,12 @@ def write_frames_picture(out: Path, provenance: pd.DataFrame) -> None:
             time_s = frame / tables.info["fps"]
             axis.imshow(
                 frame_at(out / "lerobot" / path, episode[f"videos/{key}/from_timestamp"] + time_s),
-                interpolation="nearest",
+                interpolation="antialiased",
             )
             axis.set_title(f"{time_s:.1f} s", fontsize=7, pad=2)
             axis.set_axis_off()
         line[0].text(-0.08, 0.5, row.garment, transform=line[0].transAxes, ha="right", va="center", fontsize=8)
-    figure.savefig(out / "frames.png", metadata={"Software": None})
+    save_figure(figure, out / "frames.png")
 
 
 def write_motion_picture(out: Path, provenance: pd.DataFrame) -> None:
@@ -61,4 +62,4 @@ def write_motion_picture(out: Path, provenance: pd.DataFrame) -> None:
             axis.set_xlabel("time (s)", fontsize=7)
         line[0].set_ylabel("angle (rad), openness (1)", fontsize=7)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7)
-    figure.savefig(out / "motion.png", metadata={"Software": None})
+    save_figure(figure, out / "motion.png")

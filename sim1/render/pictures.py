@@ -7,6 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
+from sim1.picture_file import save_figure
+
 COLUMNS, MAX_ROWS = 5, 8
 
 
@@ -27,7 +29,7 @@ def write_contact_sheet(artifact: Path, *, title: str) -> None:
     for line, (label, rate_hz, frames) in zip(axes, rows):
         chosen = np.linspace(0, len(frames) - 1, COLUMNS).round().astype(int)
         for axis, index in zip(line, chosen):
-            axis.imshow(np.asarray(Image.open(frames[index])), interpolation="nearest")
+            axis.imshow(np.asarray(Image.open(frames[index])), interpolation="antialiased")
             axis.set_title(f"{index / rate_hz:.1f} s", fontsize=7, pad=2)
         line[0].text(-0.08, 0.5, label, transform=line[0].transAxes, ha="right", va="center", fontsize=7)
-    figure.savefig(artifact / "contact_sheet.png", metadata={"Software": None})
+    save_figure(figure, artifact / "contact_sheet.png")

@@ -1,5 +1,6 @@
 """Turns accepted trajectories, a garment and a scene into a job for Blender, and records what will be seen."""
 
+import hashlib
 import json
 import shutil
 from pathlib import Path
@@ -68,7 +69,8 @@ def plan_job(
             )
             clip = Clip(episode=source.name, variant=variant, frame_count=len(links), appearance=appearance)
             poses[clip.key] = _camera_poses(cameras, links, appearance.elevation_offset_rad)
-            _write_appearance(out / clip.folder, clip, poses[clip.key], cameras, config)
+            shown = _digest({**arrays, **motion[source.name], **poses[clip.key]}, texture)
+            _write_appearance(out / clip.folder, clip, poses[clip.key], cameras, config, shown)
             clips.append(clip)
     np.savez(out / "garment.npz", rest_m=arrays["rest_m"], faces=arrays["faces"])
     job = Job(
@@ -137,7 +139,7 @@ def _camera_poses(cameras: dict[str, Camera], links: list, elevation_rad: float)
 
 
 def _write_appearance(
-    folder: Path, clip: Clip, poses: dict[str, np.ndarray], cameras: dict[str, Camera], config: RenderConfig
+    folder: Path, clip: Clip, poses: dict[str, np.ndarray], cameras: dict[str, Camera], config: RenderConfig, shown: str
 ) -> None:
     about = {
         "schema": SCHEMA,
@@ -159,6 +161,7 @@ def _write_appearance(
             for name in poses
         },
         "appearance": clip.appearance.to_json(),
+        "shown": shown,  # frames of other meshes or motions are not taken for these when a killed run goes on
     }
     text = json.dumps(about, indent=1, sort_keys=True) + "\n"
     path = folder / "appearance.json"
@@ -166,3 +169,11 @@ def _write_appearance(
         shutil.rmtree(folder)
     folder.mkdir(parents=True, exist_ok=True)
     path.write_text(text)
+
+
+def _digest(arrays: dict[str, np.ndarray], texture: Path) -> str:
+    """Fingerprint of everything that the frames show."""
+    content = hashlib.sha256(texture.read_bytes())
+    for name in sorted(arrays):
+        content.update(name.encode() + np.ascontiguousarray(arrays[name]).tobytes())
+    return content.hexdigest()[:16]

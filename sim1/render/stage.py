@@ -1,5 +1,6 @@
 """Stage `rendered_episodes`: accepted trajectories as photographs, several appearances each (paper section 3.4)."""
 
+from collections import Counter
 from pathlib import Path
 from typing import Literal
 
@@ -63,19 +64,12 @@ def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
         if job.frame_count:
             run_blender(Path(folder), out)
     write_contact_sheet(out, title=f"{garment}: rendered episodes")
+    fabrics = Counter(clip.appearance.fabric.kind for clip in job.clips)
     return {
         "episodes": len({clip.episode for clip in job.clips}),
         "clips": len(job.clips),
         "frames": job.frame_count,
-        "appearances": [
-            {
-                "episode": clip.episode,
-                "variant": clip.variant,
-                "fabric": clip.appearance.fabric.kind,
-                "table": clip.appearance.table.kind,
-            }
-            for clip in job.clips
-        ],
+        "fabrics": [{"fabric": kind, "clips": count} for kind, count in sorted(fabrics.items())],
     }
 
 

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from PIL import Image
 from towel_cell import write_inputs
 
+from sim1.episode import read_episode, write_episode
 from sim1.progress import listening
 from sim1.render.plan import plan_job
 from sim1.render.stage import RenderConfig, check_rendered_episodes, rendered_episodes
@@ -62,17 +64,54 @@ def test_a_trajectory_is_rendered_in_step_with_its_states_and_the_same_again_aft
         assert image.info == {}
 
 
-def test_the_same_seed_gives_the_same_bytes_and_another_seed_another_look(inputs, tmp_path):
+def test_the_same_seed_gives_the_same_bytes(inputs, tmp_path):
     short = RenderConfig(
         width=48, height=36, samples=2, rate_hz=10, variants=1, max_episodes=1, threads=1, device="cpu"
     )
     render(inputs, tmp_path / "a", short)
     render(inputs, tmp_path / "b", short)
     assert contents(tmp_path / "a") == contents(tmp_path / "b")
-    other = RenderConfig(**{**short.__dict__, "seed": 1})
-    render(inputs, tmp_path / "c", other)
-    name = "episodes/0000/v0/head/000000.png"
-    assert contents(tmp_path / "a")[name] != contents(tmp_path / "c")[name]
+
+
+def plan(inputs, out: Path, config: RenderConfig):
+    """What would be rendered, without Blender."""
+    out.mkdir(exist_ok=True)
+    return plan_job(
+        trajectories=inputs["valid_trajectories"]["towel"],
+        mesh=inputs["garment_mesh"]["towel"],
+        scene=inputs["scene"]["towel"],
+        garment="towel",
+        out=out,
+        folder=out.with_suffix(".job"),
+        config=config,
+    )
+
+
+def test_another_seed_gives_another_look_and_removes_the_frames_of_the_old_one(inputs, tmp_path):
+    plan(inputs, tmp_path / "out", CONFIG)
+    frame = tmp_path / "out/episodes/0000/v1/head/000000.png"
+    frame.parent.mkdir()
+    frame.write_bytes(b"a frame")
+    before = (tmp_path / "out/episodes/0000/v1/appearance.json").read_text()
+    plan(inputs, tmp_path / "out", CONFIG)
+    assert frame.exists()
+    plan(inputs, tmp_path / "out", RenderConfig(**{**CONFIG.__dict__, "seed": 1}))
+    assert not frame.exists()
+    assert (tmp_path / "out/episodes/0000/v1/appearance.json").read_text() != before
+
+
+def test_frames_of_another_motion_are_not_taken_for_these(inputs, tmp_path):
+    plan(inputs, tmp_path / "out", CONFIG)
+    frame = tmp_path / "out/episodes/0000/v1/head/000000.png"
+    frame.parent.mkdir()
+    frame.write_bytes(b"a frame")
+    source = inputs["valid_trajectories"]["towel"] / "episodes" / "0000"
+    old = read_episode(source)
+    moved = old.garment_m.copy()
+    moved[4, 5, 2] += 1e-3  # frame 4 is shown at 15 Hz
+    write_episode(source, replace(old, garment_m=moved))
+    plan(inputs, tmp_path / "out", CONFIG)
+    assert not frame.exists()
 
 
 def test_the_garment_moves_in_the_picture_as_it_does_in_the_states(inputs, tmp_path):
@@ -103,17 +142,8 @@ def test_the_garment_moves_in_the_picture_as_it_does_in_the_states(inputs, tmp_p
 
 
 def test_a_worker_whose_parent_is_gone_ends_by_itself(inputs, tmp_path):
-    job, out = tmp_path / "job", tmp_path / "out"
-    out.mkdir()
-    plan_job(
-        trajectories=inputs["valid_trajectories"]["towel"],
-        mesh=inputs["garment_mesh"]["towel"],
-        scene=inputs["scene"]["towel"],
-        garment="towel",
-        out=out,
-        folder=job,
-        config=RenderConfig(**{**CONFIG.__dict__, "variants": 40}),
-    )
+    out = tmp_path / "out"
+    job = plan(inputs, out, RenderConfig(**{**CONFIG.__dict__, "variants": 40})).folder
     root = Path(__file__).parents[2]
     command = [sys.executable, "-m", "sim1.render.worker", str(job), str(out)]
     worker = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=root)
