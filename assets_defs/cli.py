@@ -131,8 +131,9 @@ def clean(
 def doctor(as_json: AsJson = False) -> None:
     """What works on this machine, what is missing, and how to get it."""
     from assets_defs._doctor import print_doctor
+    from pipeline import Home
 
-    raise typer.Exit(print_doctor(as_json=as_json))
+    raise typer.Exit(print_doctor(Home.here(), as_json=as_json))
 
 
 @app.command()
