@@ -92,22 +92,29 @@ def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, 
                    cell=cell, config=config, out=out)  # fmt: skip
     rows: list[dict[str, Any]] = []
     ends: list[np.ndarray | None] = []
-    plans = [(False, config.candidate_count), (True, config.perturbed_count)]
     total = config.candidate_count + config.perturbed_count
-    for perturbed, wanted in plans:
-        ran = 0
-        for _ in range(config.tries_per_candidate * wanted):
-            if ran == wanted:
-                break
-            report(sum(row["ran"] for row in rows), total, "candidates")
+    for perturbed in (False, True):
+        group: list[dict[str, Any]] = []
+        while wants_more(group, perturbed, config):
+            report(min(sum(row["ran"] for row in rows), total - 1), total, "candidates")
             row, end = bench.run(len(rows), perturbed)
             rows.append(row)
+            group.append(row)
             ends.append(end)
-            ran += row["ran"]
     report(total, total, "candidates")
     pd.DataFrame(rows).to_parquet(out / "attempts.parquet", index=False)
     draw_attempts(out / "attempts.png", rows, ends, source.start_m)
     return _facts(rows)
+
+
+def wants_more(group: list[dict[str, Any]], perturbed: bool, config: CandidateTrajectoriesConfig) -> bool:
+    """Whether another attempt is to be made, after those in `group`."""
+    ran, succeeded = sum(row["ran"] for row in group), sum(row["success"] for row in group)
+    if perturbed:
+        return ran < config.perturbed_count and len(group) < config.tries_per_candidate * config.perturbed_count
+    if len(group) >= config.tries_per_candidate * config.candidate_count:
+        return False
+    return ran < config.candidate_count or (succeeded < config.success_target and ran < config.run_limit)
 
 
 @dataclass(frozen=True, kw_only=True)

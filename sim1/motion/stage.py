@@ -44,6 +44,8 @@ class CandidateTrajectoriesConfig:
 
     seed: int = 0  # attempt i draws from its own stream of (seed, garment, i)
     candidate_count: int = Field(3, ge=1)  # attempts that run, meant to succeed
+    success_target: int = Field(1, ge=0)  # with fewer successes among them, more are made, as in Algorithm 1 ...
+    run_limit: int = Field(6, ge=1)  # ... up to this many that run
     perturbed_count: int = Field(1, ge=0)  # attempts that run with displaced grasps, for the filters to see failures
     tries_per_candidate: int = Field(4, ge=1)  # a draw out of the arms' reach costs no simulation, and is drawn again
     perturbation_m: float = Field(0.04, gt=0)  # a displaced grasp misses or takes hold of the wrong place

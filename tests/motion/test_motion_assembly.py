@@ -7,10 +7,12 @@ from motion_synthetic import a_demo
 from sim1.motion.assembly import Source, Variation, attempt, skeleton
 from sim1.motion.commands import Arms
 from sim1.motion.durations import DurationModel
+from sim1.motion.generation import wants_more
 from sim1.motion.model import MotionModel
 from sim1.motion.placement import planar
 from sim1.motion.poses import ToolPath
 from sim1.motion.reaching import changed, reachable
+from sim1.motion.stage import CandidateTrajectoriesConfig
 from sim1.robot.kinematics import Arm, Unreachable
 
 URDF = Path(__file__).parents[2] / "data" / "robot" / "robot.urdf"
@@ -215,3 +217,20 @@ def test_leaning_tilts_the_fingers_forward_and_keeps_the_lower_edge_up(arms):
     lean = changed(path, np.eye(4), 1.0, 0.3)
     np.testing.assert_allclose(lean.rotation[0, 0, :, 0], [np.sin(0.3), 0, -np.cos(0.3)], atol=1e-12)
     np.testing.assert_allclose(lean.position_m[0, 0], [0, 0, 0.011 * np.sin(0.3)], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("ran", "successes", "more"), [(0, 0, True), (2, 2, True), (3, 1, False), (3, 0, True), (5, 0, True), (6, 0, False)]
+)
+def test_attempts_go_on_until_enough_ran_and_enough_succeeded(ran, successes, more):
+    config = CandidateTrajectoriesConfig(candidate_count=3, success_target=1, run_limit=6, tries_per_candidate=4)
+    group = [{"ran": True, "success": index < successes} for index in range(ran)]
+    assert wants_more(group, False, config) is more
+
+
+def test_draws_out_of_reach_come_to_an_end():
+    config = CandidateTrajectoriesConfig(candidate_count=2, perturbed_count=1, tries_per_candidate=3)
+    out_of_reach = [{"ran": False, "success": False}]
+    assert wants_more(5 * out_of_reach, False, config)
+    assert not wants_more(6 * out_of_reach, False, config)
+    assert not wants_more(3 * out_of_reach, True, config)
