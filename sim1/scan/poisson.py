@@ -3,6 +3,7 @@
 import numpy as np
 
 from sim1.scan.cloud import Shape
+from sim1.scan.pieces import clip, face_components
 from sim1.stage import BadInput
 
 
@@ -59,32 +60,11 @@ def cut_open(
             " correct it, or scan the edges of the garment (Poisson closes what the points surround on all sides)"
         )
     wide, _ = _patches(surface, far > edge_m)
-    open_faces = np.isin(label, order[:openings])
-    removed = np.isin(wide, np.unique(wide[open_faces])) & (wide >= 0)
-    return largest_piece(surface.vertices_m, surface.faces[~removed]), lengths
-
-
-def largest_piece(vertices: np.ndarray, faces: np.ndarray) -> Shape:
-    """The connected component with most faces, without vertices that no face uses."""
-    label = face_components(faces, np.ones(len(faces), bool))
-    faces = faces[label == np.bincount(label).argmax()]
-    used, packed = np.unique(faces, return_inverse=True)
-    return Shape(vertices_m=vertices[used], faces=packed.reshape(-1, 3).astype(np.int32))
-
-
-def face_components(faces: np.ndarray, among: np.ndarray) -> np.ndarray:
-    """Label (f,) of the edge-connected component of each face of `among`, -1 for the others."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-    from trimesh.graph import face_adjacency
-
-    pairs = face_adjacency(faces)
-    pairs = pairs[among[pairs].all(axis=1)]
-    graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(faces),) * 2)
-    _, label = connected_components(graph, directed=False)
-    result = np.full(len(faces), -1)
-    _, result[among] = np.unique(label[among], return_inverse=True)
-    return result
+    opened = np.isin(wide, np.unique(wide[np.isin(label, order[:openings])])) & (wide >= 0)
+    value = np.full(len(distance), edge_m)
+    touched = np.unique(surface.faces[opened])
+    value[touched] -= distance[touched]
+    return clip(surface, value), lengths
 
 
 def _patches(surface: Shape, among: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

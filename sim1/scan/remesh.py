@@ -3,7 +3,7 @@
 import numpy as np
 
 from sim1.scan.cloud import Shape
-from sim1.scan.poisson import largest_piece
+from sim1.scan.pieces import largest_piece
 from sim1.scan.rims import inset, rim_overshoot_m, smooth_rims
 
 

@@ -90,7 +90,7 @@ def test_openings_are_kept_and_occlusion_holes_closed():
     hole = (np.abs(points[:, 2] - 0.15) < 0.018) & (np.abs(np.arctan2(points[:, 1], points[:, 0])) < 0.25)
     points, outward = points[~hole], outward[~hole]
     closed = poisson(points, outward, 0.005)
-    surface, gaps = cut_open(closed, points, openings=2, reach_m=0.008, edge_m=0.003)
+    surface, gaps = cut_open(closed, points, openings=2, reach_m=0.012, edge_m=0.006)
     assert len(gaps) == 3
     surface = clean(surface, points, 0.003, 3)
     lengths = rim_lengths_m(surface.vertices_m, surface.faces)
@@ -104,7 +104,7 @@ def test_openings_are_kept_and_occlusion_holes_closed():
 def test_more_openings_than_gaps_are_refused():
     points, outward = tube_points()
     with pytest.raises(BadInput, match="2 gaps, but the garment file says openings: 4"):
-        cut_open(poisson(points, outward, 0.006), points, openings=4, reach_m=0.012, edge_m=0.005)
+        cut_open(poisson(points, outward, 0.006), points, openings=4, reach_m=0.012, edge_m=0.008)
 
 
 def test_remeshing_leaves_no_slivers_and_keeps_the_openings():

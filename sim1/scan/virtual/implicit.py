@@ -5,7 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from sim1.scan.cloud import Shape
-from sim1.scan.poisson import largest_piece, poisson
+from sim1.scan.pieces import largest_piece
+from sim1.scan.poisson import poisson
 
 type Field = Callable[[np.ndarray], np.ndarray]
 """Points (n, 3) m to a value (n,) that is about the distance (m) to the surface near it, negative inside."""
