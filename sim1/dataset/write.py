@@ -60,6 +60,9 @@ def write_dataset(clips: list[RenderedClip], out: Path, config: DatasetConfig, *
         for index, clip in enumerate(track(clips, "episodes")):
             rows.append({"episode_index": index, **_add_episode(writer, clip, keypoints[clip.garment])})
         writer.finalize()
+    _sort_keys(
+        out / "lerobot" / "meta" / "stats.json"
+    )  # LeRobot goes through a set, so the order is that of its hashes
     shutil.rmtree(out / "lerobot" / "images", ignore_errors=True)  # staging folder of the encoder, empty by now
     text = {garment: [int(index) for index in chosen] for garment, chosen in sorted(keypoints.items())}
     (out / "keypoints.json").write_text(json.dumps(text, indent=1) + "\n")
@@ -140,6 +143,10 @@ def _add_episode(writer, clip: RenderedClip, keypoints: np.ndarray) -> dict:
         "first_state": states[0].tolist(),
         "last_state": states[-1].tolist(),
     }
+
+
+def _sort_keys(path: Path) -> None:
+    path.write_text(json.dumps(json.loads(path.read_text()), indent=4, sort_keys=True) + "\n")
 
 
 def _one(what: str, values: set):

@@ -1,7 +1,11 @@
 """Rendered episodes become a dataset that LeRobot loads, with the values that went in."""
 
 import hashlib
+import json
+import os
 import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -101,6 +105,21 @@ def test_the_same_input_gives_the_same_bytes_without_a_word_on_the_terminal(made
     dataset(inputs, tmp_path, CONFIG)
     assert digests(tmp_path) == digests(made)
     assert capfd.readouterr() == ("", "")
+    stats = json.loads((made / "lerobot/meta/stats.json").read_text())
+    assert list(stats) == sorted(stats)
+
+
+@pytest.mark.slow
+def test_another_process_with_other_hashes_gives_the_same_bytes(made, tmp_path):
+    code = (
+        "import sys; from pathlib import Path; from sim1.dataset.stage import DatasetConfig, dataset\n"
+        "folder = Path(sys.argv[1])\n"
+        "inputs = {'rendered_episodes': {name: folder / name for name in ('towel', 'shorts')}}\n"
+        "dataset(inputs, Path(sys.argv[2]), DatasetConfig(keypoint_count=5))"
+    )
+    environment = {**os.environ, "PYTHONHASHSEED": "7", "PYTHONPATH": str(Path(__file__).parents[2])}
+    subprocess.run([sys.executable, "-c", code, str(made.parent), str(tmp_path)], check=True, env=environment)
+    assert digests(tmp_path) == digests(made)
 
 
 def test_nothing_in_the_dataset_names_the_machine(made):
