@@ -20,6 +20,7 @@ from sim1.scene.description import Camera, Scene, read_scene
 from sim1.stage import BadInput, random_stream
 
 SCHEMA = "sim1.appearance/1"
+TABLE_DROP_M = 0.003  # drawn that much lower: cloth that rests in the top by a contact radius would be hidden by it
 
 
 def plan_job(
@@ -116,7 +117,7 @@ def _static(mesh: Path, world: Scene) -> tuple[dict[str, np.ndarray], Path, Colo
         "faces": faces,
         "uv": uv,
         "pattern_m": rest_m[:, axes],
-        "table_vertices": np.asarray(table.vertices),
+        "table_vertices": np.asarray(table.vertices) - [0.0, 0.0, TABLE_DROP_M],
         "table_faces": np.asarray(table.faces),
     }
     # Mean over what the garment shows, not over the empty part of the texture chart.

@@ -100,6 +100,11 @@ def test_another_seed_gives_another_look_and_removes_the_frames_of_the_old_one(i
     assert (tmp_path / "out/episodes/0000/v1/appearance.json").read_text() != before
 
 
+def test_cloth_that_rests_in_the_table_top_by_a_contact_radius_is_drawn_above_it(inputs, tmp_path):
+    arrays = plan(inputs, tmp_path / "out", CONFIG).arrays()
+    assert -0.005 < arrays["table_vertices"][:, 2].max() < -0.002
+
+
 def test_frames_of_another_motion_are_not_taken_for_these(inputs, tmp_path):
     plan(inputs, tmp_path / "out", CONFIG)
     frame = tmp_path / "out/episodes/0000/v1/head/000000.png"
