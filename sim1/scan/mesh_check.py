@@ -65,12 +65,9 @@ def mesh_findings(folder: Path) -> list[Finding]:
 def _topology(faces: np.ndarray) -> list[Finding]:
     edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     directed = len(edges) - len(np.unique(edges, axis=0))
-    _, count = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
-    crowded = int((count > 2).sum())
-    # Around a manifold vertex the faces form one fan: as many rim edges as none (inside) or two (on a rim).
-    border = np.sort(edges, axis=1)
-    unique, index, uses = np.unique(border, axis=0, return_inverse=True, return_counts=True)
-    del index
+    # Around a manifold vertex the faces form one fan: no rim edge (inside) or two (on a rim).
+    unique, uses = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
+    crowded = int((uses > 2).sum())
     pinched = int((np.bincount(unique[uses == 1].ravel(), minlength=1) > 2).sum())
     return [
         Finding(

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sim1.scan.remesh import area_m2
+from sim1.scan.rims import rim_lengths_m
 from sim1.scan.stage import GarmentMeshConfig, ScanConfig, check_garment_mesh, check_scan, garment_mesh, scan
 from sim1.stage import BadInput
 
@@ -65,10 +67,10 @@ def test_the_mesh_has_the_size_of_the_towel(meshed):
     arrays = arrays_of(meshed)
     assert 80 < len(arrays["vertices_m"]) < 200
     rest = arrays["rest_m"].astype(float)
-    size = np.sort(
-        np.ptp((rest - rest.mean(axis=0)) @ np.linalg.svd(rest - rest.mean(axis=0), full_matrices=False)[2].T, axis=0)
-    )
-    np.testing.assert_allclose(size, [0.0, 0.30, 0.40], atol=0.006)
+    assert np.linalg.svd(rest - rest.mean(axis=0), compute_uv=False)[2] < 1e-6  # flat
+    assert area_m2(rest, arrays["faces"]) == pytest.approx(0.4 * 0.3, rel=0.015)
+    assert rim_lengths_m(rest, arrays["faces"]) == pytest.approx([1.4], rel=0.02)
+    np.testing.assert_allclose(np.ptp(arrays["vertices_m"], axis=0)[:2], [0.4, 0.3], atol=0.004)
     assert arrays["uv"].shape == (len(arrays["faces"]), 3, 2)
     assert {name: array.dtype.str for name, array in arrays.items()} == {
         "vertices_m": "<f4",
