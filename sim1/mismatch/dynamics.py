@@ -193,7 +193,7 @@ class HeldSheet:
         step_s: float,
         gravity: np.ndarray,
         start_velocity: np.ndarray | None = None,
-        tolerance_m: float = 1e-6,
+        tolerance_m: float = 1e-5,  # of the last change; what is left after it is its square
     ) -> np.ndarray:
         """Shapes (T, V, 3) at 0, step_s, ... while the held vertices take the places `held_path` (T, held, 3).
 
@@ -234,7 +234,8 @@ class HeldSheet:
 
 def _air(material: Material, F: np.ndarray, v: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Drag (F, 3) of each face at its mean velocity, N, and its negative derivative over that velocity (F, 3, 3)."""
-    normal = np.cross(F[..., 0], F[..., 1])
+    fu, fv = F[..., 0], F[..., 1]
+    normal = fu[:, [1, 2, 0]] * fv[:, [2, 0, 1]] - fu[:, [2, 0, 1]] * fv[:, [1, 2, 0]]
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     along = (v * normal).sum(-1, keepdims=True)
     across = v - along * normal

@@ -87,7 +87,9 @@ class Sheet:
         centres = np.array(list(fits))
         owner = centres[cKDTree(self.material_m[centres]).query(self.material_m)[1]]
         for vertex in np.setdiff1d(np.arange(count), np.concatenate([near for near, _ in fits.values()])):
-            centre = int(owner[vertex])  # a corner that no inner vertex touches would flap for free: it joins the nearest fit
+            centre = int(
+                owner[vertex]
+            )  # a corner that no inner vertex touches would flap for free: it joins the nearest fit
             near = np.union1d(fits[centre][0], [vertex])
             fits[centre] = near, _second_derivatives(self.material_m[near] - self.material_m[centre])
         # A border vertex has no curvature of its own: its area counts with the nearest vertex that has one.

@@ -11,8 +11,8 @@ class CalibratedPhysicsConfig:
 
     step_s: float = 1 / 60  # of the search; the correction runs use half of it on a mesh of a quarter of the face size
     passes: int = 2  # the coarse mesh's error is measured anew in each
-    iterations: int = 8  # of least squares in a pass; each costs a simulation per unknown and recording
-    tolerance: float = 1e-3  # relative change of the cost that ends a pass
+    iterations: int = 7  # of least squares in a pass; each costs a simulation per unknown and recording
+    tolerance: float = 2e-3  # relative change of the cost that ends a pass
     heldout: int = 1  # recordings at the end of the bundle that no fit sees
     accept_gain: float = 0.1  # half the squared error over its variance that an effect must save per held-out sample
     accept_closed: float = 0.5  # share of the excess over noise and mesh error that it must close on held-out motion
