@@ -104,8 +104,10 @@ def _death(exit_code: int | None) -> str:
     if exit_code == -signal.SIGKILL:
         return "the process was killed (out of memory?); close other programs or run with --jobs 1"
     if exit_code is not None and exit_code < 0:
-        return f"the process died of signal {signal.Signals(-exit_code).name}"
-    return f"the process ended with code {exit_code}"
+        return (
+            f"the process died of signal {signal.Signals(-exit_code).name}; its last words are in .dagster/worker.log"
+        )
+    return f"the process ended with code {exit_code}; its last words are in .dagster/worker.log"
 
 
 @contextlib.contextmanager
@@ -127,8 +129,10 @@ def _serve(pipe: Connection, root: str, profile: str, threads: int) -> None:
     os.environ.update(SIM1_HOME=root, SIM1_PROFILE=profile, DAGSTER_HOME=root, OMP_NUM_THREADS=str(threads))
     os.chdir(root)
     logging.disable(logging.CRITICAL)
-    with open(os.devnull, "w") as nowhere:
-        os.dup2(nowhere.fileno(), 1)  # native libraries talk; the terminal belongs to the parent
+    # Native libraries talk on both streams; the terminal belongs to the parent.
+    with (Home(Path(root)).state / "worker.log").open("a") as log:
+        os.dup2(log.fileno(), 1)
+        os.dup2(log.fileno(), 2)
     from assets_defs._factory import send_progress_to
     from assets_defs.definitions import bind_all
 
