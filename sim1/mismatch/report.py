@@ -36,7 +36,9 @@ def write_report(recordings: Path, calibration: Path, out: Path, config) -> Fact
         rest = locate(bundle.recordings, simulated["augmented"], after["floor_heldout_m"])
         draw_place(out / "place_after.png", bundle, rest, "Still unexplained with air drag")
     pictures = [(calibration / "heldout.png", "Held-out motion"), (calibration / "parameters.png", "Parameters")]
-    pictures += [(path, "Where and when") for path in sorted(out.glob("place*.png"))]
+    pictures.append((out / "place.png", "Where and when, before"))
+    if word == "named":
+        pictures.append((out / "place_after.png", "Where and when, with air drag"))
     sentence = _sentence(word, fit)
     _page(
         out / "report.html",

@@ -19,7 +19,7 @@ class Errors(_Strict):
     """Root mean square per coordinate, m."""
 
     fit: pydantic.NonNegativeFloat
-    heldout: pydantic.NonNegativeFloat  # on recordings that no fit and no choice of parameters has seen
+    heldout: pydantic.NonNegativeFloat  # on recordings that no fit has seen; they do decide whether an effect is kept
 
 
 class BothErrors(_Strict):
