@@ -31,11 +31,12 @@ class CellConfig:
     """Numerics and contact of the simulated cell."""
 
     solver: SolverName = "vbd"
-    substeps: int = Field(10, ge=2, multiple_of=2)  # per 1/30 s; even, so that the two states end where they began
-    iterations: int = Field(6, ge=1)  # per substep
+    substeps: int = Field(8, ge=2, multiple_of=2)  # per 1/30 s; even, so that the two states end where they began
+    iterations: int = Field(5, ge=1)  # per substep
     contact_radius_m: float = Field(0.002, gt=0)  # distance kept between the cloth's middle surface and solids
     self_margin_m: float = Field(0.003, gt=0)  # distance kept between two layers
     self_contact: bool = True  # layers collide
+    finger_surface_contact: bool = True  # fingers touch edges and faces of the cloth, not its vertices alone
     table_stiffness_n_m: float = 2.0e3  # penalty per vertex: sags 1 um under a vertex of 0.2 g
     robot_stiffness_n_m: float = 1.5e3  # rubber pads: yield 1 mm at 1.5 N per vertex
     self_stiffness_n_m: float = 2.0e2  # gentle, layers are light
@@ -97,6 +98,16 @@ class ClothWorld:
             state.particle_f.zero_()
         self.tools, self.gaps_m = np.array(tools, float), np.array(gaps_m, float)
         self.frame = 0
+
+    def push(self, velocity_m_s: np.ndarray) -> None:
+        """Give the whole cloth this velocity (3,), after a reset; for experiments on friction and damping."""
+        speeds = np.broadcast_to(np.asarray(velocity_m_s, np.float32), self.garment.vertices_m.shape)
+        self._states[0].particle_qd.assign(np.ascontiguousarray(speeds))
+
+    def fix(self, vertices: np.ndarray) -> None:
+        """Hold vertices (v,) bool where they are, for experiments on hanging cloth. The cell never does this."""
+        flags = self._model.particle_flags.numpy()
+        self._model.particle_flags.assign(np.where(vertices, flags & ~1, flags | 1).astype(flags.dtype))
 
     @property
     def garment_m(self) -> np.ndarray:
@@ -214,6 +225,7 @@ def _build_model(
                 hy=half[1] - inset,
                 hz=half[2] - inset,
                 cfg=pad,
+                label=f"{arm}_{part}",
             )
     lame = membrane(physics)
     builder.add_cloth_mesh(
@@ -258,12 +270,29 @@ def hinge_stiffness(garment: GarmentMesh, edges: np.ndarray, bending_n_m: float)
 
 
 def _contacts_of(model: Any, config: CellConfig) -> tuple[Any, Any]:
+    """Detection of the cloth against solids: vertices against all; edges and faces against the fingers alone.
+
+    A finger is narrower than the cloth's edges are long: with vertices alone it would slip through a triangle and stay
+    hooked in it. The table is flat, vertices are enough there.
+    """
     import newton
+    import warp as wp
 
     pipeline = newton.CollisionPipeline(
-        model, soft_contact_gap=0.005, include_static_kinematic_pairs=False, broad_phase="explicit"
+        model,
+        soft_contact_gap=0.005,
+        include_static_kinematic_pairs=False,
+        broad_phase="explicit",
+        enable_rigid_soft_full_surface_contact=config.finger_surface_contact,
     )
-    return pipeline, pipeline.contacts()
+    contacts = pipeline.contacts()
+    if config.finger_surface_contact:
+        fingers = [i for i, label in enumerate(model.shape_label) if "finger" in label]
+        for name in ("soft_edge_rigid_pairs", "soft_face_rigid_pairs"):
+            pairs = getattr(pipeline, name).numpy()
+            kept = pairs[np.isin(pairs[:, 1], fingers)]
+            setattr(pipeline, name, wp.array(kept, dtype=wp.vec2i, device=model.device))
+    return pipeline, contacts
 
 
 def _self_contact(garment: GarmentMesh, config: CellConfig) -> SelfContact:

@@ -18,8 +18,9 @@ from sim1.scene.description import Scene
 ABOVE_M = 0.09  # height over the table from which a grasp is approached
 PRESS_M = 0.0005  # finger tips at a grasp: inside the cloth's contact layer, so that they press on it
 LAY_M = 0.012  # finger tips when letting go
-GRASP_OPENNESS = 0.55  # 48 mm between the pads
-RELEASE_OPENNESS = 0.40
+GRASP_OPENNESS = 0.40  # 35 mm between the pads
+RELEASE_OPENNESS = 0.40  # 35 mm
+SLACK_M = 0.005  # each hand moves this far towards the other: closing fingers have drawn the cloth between them taut
 SPEED_SHARE = 0.9  # of the joints' speed limits that a plan may use
 TILTS_RAD = np.arange(0.0, 1.01, 0.1)  # of the fingers from straight down to forward; the first that reaches is taken
 
@@ -90,6 +91,8 @@ def plan_step(
     lift = max(step.lift_m + variation.lift_shift_m, 0.03)
     tilt = np.array([_tilt(workspace, side, step, grasp, place, lift) for side in range(2)])
     press = PRESS_M + 0.011 * np.sin(tilt)  # the lower edge of a tilted, 22 mm wide finger is what touches
+    apart = grasp[1] - grasp[0]
+    slack = SLACK_M * np.stack([apart, -apart]) / max(float(np.linalg.norm(apart)), 1e-9)
     pace, pauses = variation.pace, variation.pauses_s
     for _ in range(4):
         path = Path3(_at(grasp, ABOVE_M + press), GRASP_OPENNESS)
@@ -97,10 +100,10 @@ def plan_step(
         path.hold(0.1 + pauses[0])
         path.grip(0.0, 0.45 * pace)
         path.hold(0.1)
-        path.arc(_at(place, LAY_M + press), lift, step.carry_s * pace, variation)
+        path.arc(_at(place + slack, LAY_M + press), lift, step.carry_s * pace, variation)
         path.hold(0.1 + pauses[1])
         path.grip(RELEASE_OPENNESS, 0.6 * pace)
-        path.move(_at(place, ABOVE_M + press), 0.8 * pace)
+        path.move(_at(place + slack, ABOVE_M + press), 0.8 * pace)
         joints = _solve(workspace, path.positions(), tilt, step, joints_rad)
         ratio = _speed_ratio(workspace, joints)
         if ratio <= SPEED_SHARE:

@@ -25,12 +25,12 @@ class Path3:
         self._add(here + min_jerk(_shares(seconds))[:, None, None] * (target - here))
 
     def arc(self, target: np.ndarray, height: float, seconds: float, variation: Variation) -> None:
-        """Up, over and down to `target` (2, 3), `height` above the straight way at its middle, with tremor."""
+        """Up, over and down to `target` (2, 3) on half an ellipse, which keeps a turned flap taut, with tremor."""
         here = self._positions[-1][-1]
         time = _shares(seconds)
-        share = min_jerk(time)
-        way = here + share[:, None, None] * (target - here)
-        way[:, :, 2] += height * np.sin(np.pi * share)[:, None]
+        angle = np.pi * min_jerk(time)
+        way = here + (0.5 - 0.5 * np.cos(angle))[:, None, None] * (target - here)
+        way[:, :, 2] += height * np.sin(angle)[:, None]
         self._add(way + tremor(variation, time))
 
     def hold(self, seconds: float) -> None:

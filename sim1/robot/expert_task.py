@@ -39,7 +39,9 @@ class Step:
     lift_m: float = 0.12  # height of the arc above the table half-way
     carry_s: float = 2.0
     short_m: float = 0.0  # lay down this far short of the mirror image (the cloth runs ahead when let go)
-    yaw_deg: float = 0.0  # of the fingers' opening direction, left arm; mirrored for the right; 0 opens along y
+    yaw_deg: float = (
+        90.0  # of the fingers' opening from +y, left arm, mirrored for the right: 90 opens along x, across the fold
+    )
 
 
 @stage_config

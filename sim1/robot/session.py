@@ -93,3 +93,10 @@ def replay(cell: Cell, episode: Episode) -> Episode:
     for joints, openness in zip(episode.command_joints_rad, episode.command_openness):
         recorder.step(joints, openness)
     return recorder.episode(episode.about)
+
+
+def shortened(episode: Episode, seconds: float) -> Episode:
+    """The first `seconds` of an episode."""
+    count = max(2, round(seconds * RATE_HZ))
+    names = ("time_s", "joints_rad", "openness", "command_joints_rad", "command_openness", "garment_m")
+    return replace(episode, **{name: getattr(episode, name)[:count] for name in names})

@@ -1,0 +1,64 @@
+"""Checks of recorded demonstrations against what a robot and a garment can do."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from sim1.episode import RATE_HZ, episode_folders, read_episode
+from sim1.stage import Finding
+
+
+def findings(artifact: Path) -> list[Finding]:
+    """Findings on a `seed_demos` artifact."""
+    cell = json.loads((artifact / "cell.json").read_text())
+    lower, upper, speed = (np.array(cell[name]) for name in ("joint_lower_rad", "joint_upper_rad", "joint_speed_rad_s"))
+    folders = episode_folders(artifact)
+    episodes = [read_episode(folder) for folder in folders]  # refuses what is not finite
+    success_count = sum(bool(episode.about["success"]) for episode in episodes)
+    beyond = max(float(np.maximum(lower - e.joints_rad, e.joints_rad - upper).max()) for e in episodes)
+    asked = max(float(np.maximum(lower - e.command_joints_rad, e.command_joints_rad - upper).max()) for e in episodes)
+    fastest = max(float((np.abs(np.diff(e.joints_rad, axis=0)) * RATE_HZ / speed).max()) for e in episodes)
+    lag = max(float(np.abs(e.joints_rad[1:] - e.command_joints_rad[:-1]).max()) for e in episodes)
+    lowest = min(float(e.garment_m[..., 2].min()) for e in episodes if e.about["success"]) if success_count else 0.0
+    missing = [folder.name for folder in folders if not (folder / "session.usdc").is_file()]
+    again = cell["replay"]
+    return [
+        Finding(
+            name="a_demonstration_succeeds",
+            passed=success_count > 0,
+            detail=f"{success_count} of {len(episodes)} attempts folded the garment, at least 1 needed",
+        ),
+        Finding(
+            name="replay_reproduces_demonstration",
+            passed=again["frame_count"] > 0 and again["largest_difference_m"] == 0.0,
+            detail=f"{again['frame_count']} frames of attempt {again['attempt']} again from its commands: largest"
+            f" difference of a vertex {again['largest_difference_m']} m, limit 0",
+        ),
+        Finding(
+            name="joints_within_limits",
+            passed=max(beyond, asked) <= 1e-9,
+            detail=f"measured {beyond:.4f} rad and commanded {asked:.4f} rad beyond the limits, allowed 0",
+        ),
+        Finding(
+            name="joint_speeds_within_limits",
+            passed=fastest <= 1.0 + 1e-6,
+            detail=f"fastest joint at {100 * fastest:.0f} % of its speed limit",
+        ),
+        Finding(
+            name="arms_follow_commands",
+            passed=lag <= 0.02,
+            detail=f"largest lag of a joint behind its command {lag:.4f} rad, limit 0.02",
+        ),
+        Finding(
+            name="garment_stays_on_table",
+            passed=lowest > -0.005,
+            detail=f"lowest vertex of successful runs at {1000 * lowest:.1f} mm, limit -5 mm",
+        ),
+        Finding(
+            name="sessions_as_usd",
+            passed=not missing,
+            detail=f"episodes without session.usdc: {missing or 'none'}",
+            blocking=False,
+        ),
+    ]

@@ -1,0 +1,152 @@
+import numpy as np
+import pytest
+
+from sim1.cloth.garment import checked_mesh, face_areas, grid_towel
+from sim1.cloth.physics import ClothPhysics, Friction, Property
+from sim1.cloth.world import FRAME_S, GRAVITY_M_S2, CellConfig, ClothWorld, SimulationBroke, body_path, total_mass_kg
+from sim1.stage import BadInput
+
+VALUES = {
+    "area_density_kg_m2": 0.3,
+    "thickness_m": 0.002,
+    "stretch_n_m": 400.0,
+    "poisson": 0.3,
+    "bending_n_m": 5e-5,
+    "damping_s": 1e-3,
+}
+CLOTH = ClothPhysics(**{name: Property(value=value) for name, value in VALUES.items()})
+STRIP = grid_towel(0.16, 0.08, 0.02)
+
+
+def tool(x: float, y: float, z: float) -> np.ndarray:
+    """Fingers down, opening along y."""
+    pose = np.eye(4)
+    pose[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+PARKED = np.stack([tool(0.3, 0.3, 0.4), tool(0.3, -0.3, 0.4)])
+
+
+@pytest.fixture(scope="module")
+def world() -> ClothWorld:
+    return ClothWorld(STRIP, CLOTH, CellConfig())
+
+
+def run(world: ClothWorld, frames: int) -> np.ndarray:
+    for _ in range(frames):
+        world.step(world.tools, world.gaps_m)
+    return world.garment_m
+
+
+def test_cloth_in_the_air_falls_as_galileo_says(world):
+    start = STRIP.rest_m + [0, 0, 0.5]
+    world.reset(start, PARKED, np.zeros(2))
+    seconds = 6 * FRAME_S
+    fallen = start[:, 2] - run(world, 6)[:, 2]
+    step = FRAME_S / world.config.substeps  # implicit Euler falls one half step further
+    assert fallen == pytest.approx(0.5 * GRAVITY_M_S2 * seconds * (seconds + step), rel=1e-3)
+
+
+def test_cloth_rests_one_contact_radius_above_the_table(world):
+    world.reset(STRIP.rest_m + [0, 0, 0.01], PARKED, np.zeros(2))
+    heights = run(world, 12)[:, 2]
+    assert heights == pytest.approx(world.config.contact_radius_m, abs=5e-5)
+
+
+def test_same_start_gives_the_same_bytes(world):
+    tilted = STRIP.rest_m + np.array([0, 0, 0.03])
+    tilted[:, 2] += 0.3 * STRIP.rest_m[:, 0]
+    world.reset(tilted, PARKED, np.zeros(2))
+    first = run(world, 8)
+    world.reset(tilted, PARKED, np.zeros(2))
+    assert run(world, 8).tobytes() == first.tobytes()
+    other = ClothWorld(STRIP, CLOTH, CellConfig())
+    other.reset(tilted, PARKED, np.zeros(2))
+    assert run(other, 8).tobytes() == first.tobytes()
+
+
+@pytest.mark.parametrize("mu", [0.2, 0.6])
+def test_sliding_cloth_is_braked_by_coulomb_friction_of_the_table(mu):
+    physics = ClothPhysics(
+        **{name: Property(value=value) for name, value in VALUES.items()}, friction=Friction(table=Property(value=mu))
+    )
+    sliding = ClothWorld(STRIP, physics, CellConfig(self_contact=False))
+    sliding.reset(STRIP.rest_m + [0, 0, sliding.config.contact_radius_m], PARKED, np.zeros(2))
+    speed = 0.5
+    sliding.push(np.array([speed, 0.0, 0.0]))
+    run(sliding, 4)
+    lost = speed - sliding.garment_m_s[:, 0].mean()
+    assert lost == pytest.approx(mu * GRAVITY_M_S2 * 4 * FRAME_S, rel=0.1)
+
+
+def test_pinched_strip_is_lifted_and_does_not_slip(world):
+    world.reset(STRIP.rest_m + [0, 0, 0.002], np.stack([tool(-0.06, 0.0, 0.1), PARKED[1]]), np.array([0.036, 0.036]))
+
+    def to(pose: np.ndarray, gap: float, frames: int) -> None:
+        start, opened = world.tools[0].copy(), world.gaps_m[0]
+        for share in np.linspace(0, 1, frames + 1)[1:]:
+            between = pose.copy()
+            between[:3, 3] = start[:3, 3] + share * (pose[:3, 3] - start[:3, 3])
+            gaps = np.array([opened + share * (gap - opened), 0.036])
+            world.step(np.stack([between, PARKED[1]]), gaps)
+
+    to(tool(-0.06, 0.0, 0.0005), 0.036, 12)
+    to(tool(-0.06, 0.0, 0.0005), 0.0, 12)
+    to(tool(-0.06, 0.0, 0.20), 0.0, 20)
+    held = int(np.argmax(world.garment_m[:, 2]))
+    near = np.linalg.norm(world.garment_m - world.tools[0][:3, 3], axis=1) < 0.03
+    before = world.garment_m[near] - world.tools[0][:3, 3]
+    to(tool(-0.06, 0.0, 0.20), 0.0, 20)
+    after = world.garment_m[near] - world.tools[0][:3, 3]
+    assert world.garment_m[held, 2] > 0.17
+    assert world.garment_m[:, 2].min() > 0.02  # the whole strip hangs in the air
+    assert np.linalg.norm(after - before, axis=1).max() < 0.005
+
+
+def test_hanging_cloth_stretches_under_its_own_weight():
+    soft = CLOTH.with_values(stretch_n_m=50.0, poisson=0.0, damping_s=5e-3)
+    hanging = ClothWorld(STRIP, soft, CellConfig(self_contact=False, iterations=40))
+    up = STRIP.rest_m[:, [2, 1, 0]] + [0, 0, 0.5]  # its long side along z
+    hanging.reset(up, PARKED, np.zeros(2))
+    top = up[:, 2] > up[:, 2].max() - 1e-6
+    hanging.fix(top)
+    run(hanging, 60)
+    length = float(np.ptp(STRIP.rest_m[:, 0]))
+    expected = 0.3 * GRAVITY_M_S2 * length**2 / (2 * 50.0)  # weight below each point, over the stiffness
+    stretched = float(np.ptp(hanging.garment_m[:, 2])) - length
+    assert stretched == pytest.approx(expected, rel=0.1)
+
+
+def test_mass_is_area_times_density():
+    assert total_mass_kg(STRIP, CLOTH) == pytest.approx(0.16 * 0.08 * 0.3)
+    assert face_areas(STRIP.rest_m, STRIP.faces).min() > 0
+
+
+def test_a_position_that_is_not_finite_is_refused_and_one_that_flies_off_is_reported(world):
+    with pytest.raises(ValueError, match="finite"):
+        world.reset(np.full_like(STRIP.rest_m, np.nan), PARKED, np.zeros(2))
+    far = STRIP.rest_m.copy()
+    far[5] += 1e4
+    world.reset(far, PARKED, np.zeros(2))
+    with pytest.raises(SimulationBroke) as error:
+        world.step(PARKED, np.zeros(2))
+    assert error.value.frame == 1
+
+
+def test_fingers_move_evenly_and_never_closer_than_their_pads():
+    config = CellConfig(substeps=4)
+    moved = PARKED.copy()
+    moved[0, 0, 3] += 0.04
+    path = body_path(PARKED, moved, np.array([0.02, 0.0]), np.array([0.0, 0.0]), config)
+    assert np.diff(path[:, 0, 0]) == pytest.approx(0.01, abs=1e-6)
+    apart = np.linalg.norm(path[:, 1, :3] - path[:, 2, :3], axis=1) - config.finger_thickness_m
+    assert apart[0] == pytest.approx(0.02, abs=1e-6)
+    assert apart[-1] == pytest.approx(config.closed_gap_m, abs=1e-6)
+
+
+def test_a_mesh_with_a_face_without_area_is_refused():
+    flat = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0]], float)
+    with pytest.raises(BadInput, match="area|face"):
+        checked_mesh(flat, np.array([[0, 1, 2]]), flat)

@@ -1,0 +1,123 @@
+import numpy as np
+import pytest
+
+from sim1.cloth.garment import grid_towel
+from sim1.robot.expert_task import find_keypoints, ideal_fold, read_task
+from sim1.stage import BadInput
+from sim1.validity.success import judge
+
+TASK = """
+schema: sim1.task/1
+title: Fold in half
+keypoints: {near_left: [-1.0, 1.0], near_right: [-1.0, -1.0]}
+steps:
+  - name: over
+    left: {grasp: near_left, fold: {axis: x, at: 0.5}}
+    right: {grasp: near_right, fold: {axis: x, at: 0.5}}
+"""
+TOWEL = grid_towel(0.30, 0.40, 0.025)
+
+
+@pytest.fixture
+def task(tmp_path):
+    path = tmp_path / "task.yaml"
+    path.write_text(TASK)
+    return read_task(path)
+
+
+def lying(height: float = 0.002) -> np.ndarray:
+    return TOWEL.rest_m + [0, 0, height]
+
+
+def folded(task) -> np.ndarray:
+    end = lying()
+    end[:, :2] = ideal_fold(lying(), task)
+    return end
+
+
+def run_to(*stages: np.ndarray, frames: int = 20) -> np.ndarray:
+    """A garment trajectory that goes evenly through these states and rests at the last."""
+    parts = [np.linspace(a, b, frames) for a, b in zip(stages, stages[1:])]
+    return np.concatenate([*parts, np.repeat(stages[-1][None], 15, axis=0)]).astype(np.float32)
+
+
+def lifted(state: np.ndarray, by: float) -> np.ndarray:
+    """Like paper bent up: the near half rises, lengths hardly change at the small angles used here."""
+    up = state.copy()
+    up[:, 2] += by
+    return up
+
+
+def test_keypoints_are_the_corners_they_are_named_after(task):
+    marks = find_keypoints(lying(), task)
+    assert lying()[marks["near_left"], :2] == pytest.approx([-0.15, 0.2])
+    assert lying()[marks["near_right"], :2] == pytest.approx([-0.15, -0.2])
+
+
+def test_ideal_fold_mirrors_the_near_half_and_leaves_the_far_one(task):
+    flat = ideal_fold(lying(), task)
+    assert flat[:, 0] == pytest.approx(np.abs(TOWEL.rest_m[:, 0]))
+    assert flat[:, 1] == pytest.approx(TOWEL.rest_m[:, 1])
+
+
+def test_an_ideal_fold_succeeds(task):
+    outcome = judge(
+        run_to(lying(), lifted(lying(), 0.1), lifted(folded(task), 0.1), folded(task))[[0, 20, 40, -1] + [-1] * 15],
+        TOWEL.faces,
+        task,
+    )
+    assert outcome.failure in (None, "over-stretch")  # straight-line motion between the states shortens, not stretches
+    assert outcome.success
+    assert outcome.figures["iou"] > 0.97
+    assert outcome.figures["area_ratio"] == pytest.approx(0.5, abs=0.02)
+
+
+def test_doing_nothing_is_a_missed_grasp(task):
+    outcome = judge(run_to(lying(), lying()), TOWEL.faces, task)
+    assert (outcome.success, outcome.failure) == (False, "missed grasp")
+
+
+def test_dropping_the_edge_half_way_is_a_slip(task):
+    outcome = judge(run_to(lying(), lifted(lying(), 0.1), lying()), TOWEL.faces, task)
+    assert outcome.failure == "slip"
+
+
+def test_a_stretched_garment_is_told(task):
+    wide = lying() * [1.8, 1.0, 1.0]
+    assert judge(run_to(lying(), wide), TOWEL.faces, task).failure == "over-stretch"
+
+
+def test_a_garment_beside_the_table_is_told(task):
+    assert judge(run_to(lying(), lifted(lying(), -0.3)), TOWEL.faces, task).failure == "off the table"
+
+
+def test_a_fold_that_ends_in_the_wrong_place_is_not_folded(task):
+    aside = folded(task) + [0.0, 0.15, 0.0]
+    outcome = judge(run_to(lying(), lifted(lying(), 0.1), lifted(aside, 0.1), aside), TOWEL.faces, task)
+    assert outcome.failure == "not folded"
+    assert outcome.figures["keypoint_error_m"] == pytest.approx(0.15, abs=0.01)
+
+
+def test_a_garment_still_moving_at_the_end_is_not_folded(task):
+    moving = run_to(lying(), lifted(lying(), 0.1), lifted(folded(task), 0.1), folded(task))
+    moving[-10:, :, 2] += np.linspace(0, 0.05, 10)[:, None]
+    assert judge(moving, TOWEL.faces, task).failure == "not folded"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("sim1.task/1", "sim1.task/9", "schema"),
+        ("grasp: near_left", "grasp: nowhere", "nowhere"),
+        ("axis: x, at: 0.5", "axis: z, at: 0.5", "axis"),
+        ("axis: x, at: 0.5", "axis: x, at: 1.5", "at"),
+        ("title:", "tittle:", "tittle"),
+        ("[-1.0, 1.0]", "[0.0, 0.0]", "no length"),
+        ("steps:", "steps: [", "readable"),
+    ],
+)
+def test_a_damaged_task_file_is_refused(tmp_path, old, new, complaint):
+    path = tmp_path / "task.yaml"
+    path.write_text(TASK.replace(old, new))
+    with pytest.raises(BadInput, match=complaint):
+        read_task(path)
