@@ -102,7 +102,7 @@ def _draw_roc(axes: Any, seen: list[dict[str, Any]]) -> None:
 def draw_decisions(path: Path, rows: list[dict[str, Any]], video_silent: bool) -> None:
     """A table of dots: what judge, rules and video say of every candidate, and the decision."""
     columns = [("judge", "success"), ("rules", "rules_pass"), ("video", "video_pass"), ("accepted", "accepted")]
-    figure = Figure(figsize=(7.6, 1.2 + 0.3 * len(rows)), layout="constrained")
+    figure = Figure(figsize=(11, 1.2 + 0.3 * len(rows)), layout="constrained")
     axes = figure.subplots()
     for line, row in enumerate(rows):
         for column, (_, key) in enumerate(columns):
@@ -110,10 +110,10 @@ def draw_decisions(path: Path, rows: list[dict[str, Any]], video_silent: bool) -
             color = "0.75" if silent else GOOD if row[key] else BAD
             marker = "_" if silent else "o" if row[key] else "X"  # legible without colours too
             axes.plot(column, line, marker, color=color, markersize=9)
-        axes.text(len(columns) - 0.6, line, row["reasons"][:70], va="center", fontsize=7)
+        axes.text(len(columns) - 0.6, line, _shortened(row["reasons"], 95), va="center", fontsize=7)
     axes.set_xticks(range(len(columns)), [name for name, _ in columns])
     axes.set_yticks(range(len(rows)), [row["episode"] + (" (perturbed)" if row["perturbed"] else "") for row in rows])
-    axes.set(xlim=(-0.5, len(columns) + 3.2), ylim=(len(rows) - 0.5, -0.5))
+    axes.set(xlim=(-0.5, len(columns) + 6.5), ylim=(len(rows) - 0.5, -0.5))
     axes.xaxis.tick_top()
     for side in ("top", "right", "bottom", "left"):
         axes.spines[side].set_visible(False)
@@ -121,3 +121,7 @@ def draw_decisions(path: Path, rows: list[dict[str, Any]], video_silent: bool) -
     accepted = sum(row["accepted"] for row in rows)
     figure.suptitle(f"{accepted} of {len(rows)} candidates accepted (dot: passes, cross: fails{grey})", fontsize=10)
     save(figure, path)
+
+
+def _shortened(text: str, length: int) -> str:
+    return text if len(text) <= length else text[: length - 2] + " …"

@@ -94,7 +94,8 @@ def _intervals(positives: pd.DataFrame, margin: float) -> tuple[Condition, ...]:
             continue
         low, high = float(values.min()), float(values.max())
         wide = max(margin * (high - low), 0.1 * abs(low + high) / 2, 0.02)
-        conditions.append(Condition(feature=str(name), above=low - wide, below=high + wide))
+        above = low - wide if low - wide > 0 else None  # no feature is negative
+        conditions.append(Condition(feature=str(name), above=above, below=high + wide))
     return tuple(conditions)
 
 

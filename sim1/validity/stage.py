@@ -35,6 +35,7 @@ class VideoDiscriminatorConfig:
     learning_rate: float = Field(3e-4, gt=0)
     precision: float = Field(0.99, gt=0, le=1)  # wanted among accepted clips; sets the threshold
     minimum_per_class: int = Field(3, ge=1)  # with fewer successes or failures it abstains
+    minimum_held_out: int = Field(2, ge=1)  # of each among the clips held out: one clip sets no threshold
 
 
 @stage_config

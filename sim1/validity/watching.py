@@ -114,6 +114,11 @@ def _why_abstain(
         )
     if not seen:
         return "no demonstration could be held out with both outcomes on both sides: nothing to set a threshold on"
+    least = min(sum(row["success"] for row in seen), sum(not row["success"] for row in seen))
+    if least < config.minimum_held_out:
+        return (
+            f"too few held-out clips: {len(seen)}, {least} of the rarer outcome, {config.minimum_held_out} are needed"
+        )
     if operating is None:
         return f"no threshold reaches the wanted precision {config.precision:.2f} on {len(seen)} held-out clips"
     if operating.recall < LEAST_RECALL:

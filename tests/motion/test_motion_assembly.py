@@ -99,6 +99,20 @@ def test_a_skeleton_keeps_the_order_of_the_task_and_mixes_demonstrations():
     assert {parts[0].demo for parts in drawn} == {"0000", "0001", "0002"}
 
 
+def test_two_step_tasks_keep_their_steps_in_order_and_draw_each_from_any_demonstration():
+    rng = np.random.default_rng(0)
+    pool = []
+    for index in range(3):
+        parts = [part for copy in range(2) for part in a_demo(f"{index:04d}", rng, 0)]
+        shifts = [0, 0, 0, *[parts[2].end_frame] * 3]
+        for part, shift, order in zip(parts, shifts, (0, 0, 0, 1, 1, 1), strict=True):
+            frames = {"start_frame": part.start_frame + shift, "end_frame": part.end_frame + shift}
+            pool.append(part.__class__(**{**part.__dict__, **frames, "order": order, "segment": len(pool)}))
+    drawn = [skeleton(pool, rng) for _ in range(80)]
+    assert all([part.order for part in parts] == [0, 1] for parts in drawn)
+    assert len({(parts[0].demo, parts[1].demo) for parts in drawn}) == 9
+
+
 def test_failed_demonstrations_are_no_source():
     rng = np.random.default_rng(0)
     pool = a_demo("0000", rng, 0) + a_demo("0001", rng, 3, success=False)

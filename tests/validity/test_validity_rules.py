@@ -96,6 +96,13 @@ def test_intervals_reject_what_lies_far_outside():
     assert rules.broken({"end.height_p99_m": 0.5, "end.noise": 0.0})[0].endswith("is 0.5")
 
 
+def test_a_limit_below_zero_is_no_limit():
+    features = pd.DataFrame({"end.speed_m_s": [0.001, 0.002]})
+    rules = learn_rules(features, np.ones(2, bool), **LEARNING)
+    assert rules.any_of[0][0].above is None
+    assert rules.any_of[0][0].below > 0.002
+
+
 def test_without_a_success_nothing_can_be_learned():
     features, _ = examples(3, 3)
     with pytest.raises(ValueError, match="no successful"):
