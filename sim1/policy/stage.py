@@ -25,8 +25,8 @@ class PolicyConfig:
     width: int = Field(128, gt=0)  # of the hidden layers
     depth: int = Field(3, gt=0)  # hidden layers
     chunk_s: float = Field(1.0, gt=0)  # commands predicted at once
-    replan_s: float = Field(0.2, gt=0)  # a new chunk that often
-    ensemble_decay: float = Field(0.5, ge=0)  # weight exp(-decay * age in chunks) of older chunks; large: newest alone
+    replan_s: float = Field(0.1, gt=0)  # a new chunk that often; at least one frame of the dataset
+    ensemble_decay: float = Field(0.1, ge=0)  # weight exp(-decay * age in chunks) of older chunks; large: newest alone
     trial_count: int = Field(2, ge=0)  # closed-loop trials per garment and model
     evaluate_garment_count: int = Field(1, ge=0)  # in the closed loop, which takes longest
     evaluate_first: tuple[str, ...] = ("towel",)  # preferred for it, where the dataset has them; then by name
