@@ -64,7 +64,7 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
     inputs = _inputs(home, snapshot, node, key)
     started = time.perf_counter()
     try:
-        part = at.begin()
+        part = at.begin(recipe, resume=node.stage.resumes)
         with progress.listening(sink):
             facts = stage_function(node.stage.run)(inputs, part, config_of(node))
         check = check_function(node)

@@ -69,10 +69,13 @@ class Place:
                 return f"{name} has other content than was made"
         return f"{min(present)} does not belong to it" if present else None
 
-    def begin(self) -> Path:
-        """An empty folder to make the artifact in."""
-        shutil.rmtree(self.part, ignore_errors=True)
-        self.part.mkdir(parents=True)
+    def begin(self, recipe: str, *, resume: bool) -> Path:
+        """A folder to make the artifact in: empty, or what an interrupted run of the same recipe left there."""
+        note = self.final.with_name(self.final.name + ".part.recipe")
+        if not (resume and self.part.is_dir() and note.is_file() and note.read_text() == recipe):
+            shutil.rmtree(self.part, ignore_errors=True)
+            self.part.mkdir(parents=True)
+            note.write_text(recipe)
         return self.part
 
     def commit(self, record: dict[str, Any]) -> dict[str, Any]:
@@ -89,6 +92,7 @@ class Place:
             self.final.rename(self.old)
         self.part.rename(self.final)
         shutil.rmtree(self.old, ignore_errors=True)
+        self.final.with_name(self.final.name + ".part.recipe").unlink(missing_ok=True)
         self.failure.unlink(missing_ok=True)
         shutil.rmtree(self.rejected, ignore_errors=True)
         return whole

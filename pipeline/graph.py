@@ -33,6 +33,7 @@ class Stage(pydantic.BaseModel):
     compares: tuple[str, ...] = ()  # stages needed from the base graph and from every variant
     sources: dict[str, str] = {}  # input name -> path below the home, {garment} allowed
     optional_sources: dict[str, str] = {}  # the same, may be absent
+    resumes: bool = False  # goes on in what an interrupted run of the same recipe left
     timings: bool = False  # also gets the seconds that every artifact took (not part of the recipe)
     config: dict[str, Any] = {}
     kinds: tuple[str, ...] = ()

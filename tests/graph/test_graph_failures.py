@@ -82,6 +82,18 @@ def test_a_worker_that_is_killed_fails_its_own_artifact_alone(project, tmp_path)
     assert list(report.made) == ["mesh/towel"]
 
 
+@pytest.mark.parametrize("resumes", [True, False])
+def test_a_stage_that_resumes_goes_on_in_what_a_killed_run_left(project, tmp_path, resumes):
+    marker = tmp_path / "mended"
+    change = {"run": "toy_stages:frames", "resumes": resumes, "config": {"die_unless": str(marker)}}
+    project.stages(mesh=change)
+    assert project.run(jobs=1, nodes={"scan", "mesh"}, garments=["towel"]).failed
+    marker.write_text("")
+    assert not project.run(nodes={"scan", "mesh"}, garments=["towel"]).failed
+    record = place(project.home, project.graph.nodes["mesh"], "towel").record()
+    assert record["facts"] == {"written": 2 if resumes else 4}
+
+
 def test_a_run_that_is_killed_goes_on_where_it_was(project):
     project.stages(model={"config": {"sleep_s": 30}})
     program = [sys.executable, "-c", "from assets_defs.cli import main; main()", "run", "--jobs", "1"]

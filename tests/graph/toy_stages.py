@@ -41,7 +41,19 @@ def work(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
     return {"inputs": sum(map(len, inputs.values()))}
 
 
+def frames(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
+    """Write four files, those that are not there yet; killed after two of them unless the file `die_unless` exists."""
+    written = 0
+    for number in range(4):
+        if not (file := out / f"{number}.txt").exists():
+            file.write_text(str(number))
+            written += 1
+        if number == 1 and not Path(config["die_unless"]).exists():
+            os.kill(os.getpid(), 9)
+    return {"written": written}
+
+
 def check_mesh(artifact: Path) -> list[Finding]:
     """Blocks an artifact that says it is invalid."""
-    text = (artifact / "content.txt").read_text()
+    text = "".join(file.read_text() for file in sorted(artifact.glob("*.txt")))
     return [Finding(name="is_valid", passed="invalid" not in text, detail=f"{len(text)} characters")]
