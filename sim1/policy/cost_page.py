@@ -7,8 +7,8 @@ from sim1.policy.cost import PER_TRAJECTORY_STAGES, Prices, Production, Timings
 from sim1.report import Section, write_report
 
 LEAD = (
-    "What one trajectory costs: a person at the real robot, the paper's GPU server, and this machine. Only the last line is "
-    "measured here."
+    "What one trajectory costs: a person at the real robot, the paper's GPU server, and this machine. The first two lines "
+    "are the paper's arithmetic; a third stands there only where this project measured its seconds."
 )
 
 
@@ -30,7 +30,8 @@ def write_cost_page(
             f"This machine ({prices.this_machine.description}): {trajectory_count} accepted trajectories, around the clock at the pace "
             f"of {', '.join(PER_TRAJECTORY_STAGES)}; rejected candidates and all appearances are paid for by the accepted "
             f"ones. Its price of ${prices.this_machine.usd_per_hour:g} an hour is an assumption in prices.yaml; short "
-            "runs include start-up times that long ones spread out. Filters and policy are not included, nor is the one-time "
+            "runs include start-up times that long ones spread out. The work differs too: picture size, frame rate and number "
+            "of episodes are those of the profile, not the paper's. Training of filters and policy is not included, nor is the one-time "
             "work listed below."
         )
     else:
