@@ -23,6 +23,7 @@ from sim1.motion.transitions import recent
 from sim1.robot.kinematics import Unreachable
 
 BRIDGE_STEPS = 5  # of MimicGen's straight line to a slice
+TRANSITION_TRIALS = 4  # samples of one transition before the attempt is given up
 GRASP_REACH_M = 0.10  # how far around a grasp the garment decides where the grasp has moved to
 
 
@@ -212,16 +213,21 @@ class _Follower:
         history, start = recent(self.trace), self.trace[-1:]
         velocity = target.position_m[1] - target.position_m[0]
         steps = BRIDGE_STEPS if model.method == "slicing" else model.durations.sample_steps(start, target[:1], rng)
-        for _ in range(4):  # a motion that asks too much of a joint is given more time
+        for trial in range(TRANSITION_TRIALS):
             if model.method == "slicing":
                 path = slice_from(start, steps)[1:]
             else:
                 path = transition(model, history, target[:1], velocity, steps, rng)[1:-1]
-            joints = self.arms.joints_for(path, self.joints_rad)
+            try:
+                joints = self.arms.joints_for(path, self.joints_rad)
+            except Unreachable:
+                if trial + 1 == TRANSITION_TRIALS:
+                    raise
+                continue  # another sample may stay within reach
             share = self.arms.speed_share(joints, self.joints_rad)
             if share <= 1:
                 break
-            steps = int(np.ceil(1.05 * share * steps))
+            steps = int(np.ceil(1.05 * share * steps))  # what asks too much of a joint is given more time
         self._run(path, joints, share)
 
     def follow(self, path: ToolPath) -> None:
