@@ -6,6 +6,7 @@ import numpy as np
 
 from sim1.progress import report
 from sim1.scan.cloud import Cloud, Scan, Shape
+from sim1.scan.fit import fitted
 from sim1.scan.normals import oriented_normals
 from sim1.scan.poisson import cut_open, poisson
 from sim1.scan.remesh import area_m2, clean, remesh
@@ -80,7 +81,7 @@ def build(
     area = area_m2(surface.vertices_m, surface.faces)
     # An even mesh of v vertices has about 2 v equilateral triangles.
     edge = max(edge_m, float(np.sqrt(area / (2 * vertex_count * 0.433))))
-    mesh = without_slivers(remesh(surface, edge), surface, angle_rad)
+    mesh = fitted(without_slivers(remesh(surface, edge), surface, angle_rad), surface, 0.95 * angle_rad)
     mesh = Shape(vertices_m=mesh.vertices_m.astype(np.float32), faces=mesh.faces)
     report(5, len(_STEPS), _STEPS[5])
     rest = rest_shape(mesh.vertices_m.astype(float), mesh.faces)

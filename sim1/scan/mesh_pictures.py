@@ -31,7 +31,7 @@ def draw_preview(mesh: Shape, title: str, path: Path) -> None:
         image = np.where((heights.min(axis=-1) < 7e-4)[..., None], image * 0.45, image)
         axes.imshow(np.where(hit[..., None], image, 1.0).clip(0, 1), extent=extent, interpolation="antialiased")
         _label(axes, name, right, up)
-    figure.text(0.5, 0.01, "blue: outside, orange: inside of the fabric", ha="center", fontsize=8)
+    figure.supxlabel("blue: outside, orange: inside of the fabric", fontsize=8)
     save_small(figure, path)
 
 

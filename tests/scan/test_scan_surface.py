@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sim1.scan.cloud import Shape, read_scan
+from sim1.scan.fit import fitted
 from sim1.scan.garment_file import read_garment_file
 from sim1.scan.ingest import ingest
 from sim1.scan.normals import oriented_normals
@@ -15,6 +16,7 @@ from sim1.scan.removal import register, separate
 from sim1.scan.rest import rest_shape
 from sim1.scan.rims import rim_edges, rim_lengths_m
 from sim1.scan.sliver import without_slivers
+from sim1.scan.surface import closest_points
 from sim1.scan.virtual.bodies import board, loft, slab
 from sim1.scan.virtual.scanner import look_at
 from sim1.stage import BadInput
@@ -48,8 +50,6 @@ def test_support_is_registered_and_removed(towel_scan):
 
 
 def test_without_registration_the_support_would_not_be_recognised(towel_scan):
-    from sim1.scan.surface import closest_points
-
     support = towel_scan.support
     points = towel_scan.cloud.points_m[~towel_scan.truth_label]
     unregistered = closest_points(points, support.vertices_m, support.faces)[2]
@@ -119,6 +119,20 @@ def test_remeshing_leaves_no_slivers_and_keeps_the_openings():
     assert np.degrees(corner_angles_rad(mesh.vertices_m, mesh.faces).min()) >= 15
     assert len(rim_lengths_m(mesh.vertices_m, mesh.faces)) == 2
     assert len(np.unique(mesh.faces)) == len(mesh.vertices_m)
+
+
+def test_fitting_takes_out_the_bias_of_chords():
+    angle = np.linspace(0, 1, 60)[:, None]
+    rough = loft(
+        np.array([0, 0, 0.4]) * angle, np.array([0.1, 0, 0]) + 0 * angle, np.array([0, 0.1, 0]) + 0 * angle, 120
+    )
+    keep = (rough.faces < len(rough.vertices_m) - 2).all(axis=1)
+    tube = Shape(vertices_m=rough.vertices_m[:-2], faces=rough.faces[keep])
+    mesh = without_slivers(remesh(tube, 0.05), tube, np.radians(18))
+    fit = fitted(mesh, tube, np.radians(15))
+    inward, even = (np.mean(closest_points(tube.vertices_m, m.vertices_m, m.faces)[2]) for m in (mesh, fit))
+    assert even < 0.6 * inward
+    assert np.degrees(corner_angles_rad(fit.vertices_m, fit.faces).min()) >= 15
 
 
 def test_a_bent_sheet_is_laid_flat_with_its_lengths():
