@@ -44,7 +44,7 @@ def checked_mesh(vertices: np.ndarray, faces: np.ndarray, rest: np.ndarray, wher
         raise BadInput(f"{where}: face indices outside 0..{len(vertices) - 1}")
     smallest = float(face_areas(rest, faces).min())
     if smallest <= 1e-9:
-        raise BadInput(f"{where}: the rest shape has a face of {smallest:.2e} m2; remesh without slivers")
+        raise BadInput(f"{where}: the rest shape has a face with an area of {smallest:.2e} m2; remesh without slivers")
     return GarmentMesh(
         vertices_m=np.asarray(vertices, float), faces=np.asarray(faces, np.int32), rest_m=np.asarray(rest, float)
     )

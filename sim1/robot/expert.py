@@ -18,7 +18,6 @@ from sim1.scene.description import Scene
 ABOVE_M = 0.09  # height over the table from which a grasp is approached
 PRESS_M = 0.0005  # finger tips at a grasp: inside the cloth's contact layer, so that they press on it
 LAY_M = 0.012  # finger tips when letting go
-GRASP_OPENNESS = 0.40  # 35 mm between the pads
 RELEASE_OPENNESS = 0.40  # 35 mm
 SLACK_M = 0.005  # each hand moves this far towards the other: closing fingers have drawn the cloth between them taut
 SPEED_SHARE = 0.9  # of the joints' speed limits that a plan may use
@@ -95,7 +94,7 @@ def plan_step(
     slack = SLACK_M * np.stack([apart, -apart]) / max(float(np.linalg.norm(apart)), 1e-9)
     pace, pauses = variation.pace, variation.pauses_s
     for _ in range(4):
-        path = Path3(_at(grasp, ABOVE_M + press), GRASP_OPENNESS)
+        path = Path3(_at(grasp, ABOVE_M + press), step.opening)
         path.move(_at(grasp, press), 0.6 * pace)
         path.hold(0.1 + pauses[0])
         path.grip(0.0, 0.45 * pace)

@@ -36,6 +36,7 @@ class Step:
     name: str
     left: ArmMove
     right: ArmMove
+    opening: float = pydantic.Field(0.40, gt=0.0, le=1.0)  # openness when pressed down: 35 mm between the pads at 0.4
     lift_m: float = 0.12  # height of the arc above the table half-way
     carry_s: float = 2.0
     short_m: float = 0.0  # lay down this far short of the mirror image (the cloth runs ahead when let go)

@@ -41,7 +41,7 @@ def run(world: ClothWorld, frames: int) -> np.ndarray:
 
 
 def test_cloth_in_the_air_falls_as_galileo_says(world):
-    start = STRIP.rest_m + [0, 0, 0.5]
+    start = STRIP.rest_m + np.array([0, 0, 0.5])
     world.reset(start, PARKED, np.zeros(2))
     seconds = 6 * FRAME_S
     fallen = start[:, 2] - run(world, 6)[:, 2]
@@ -50,7 +50,7 @@ def test_cloth_in_the_air_falls_as_galileo_says(world):
 
 
 def test_cloth_rests_one_contact_radius_above_the_table(world):
-    world.reset(STRIP.rest_m + [0, 0, 0.01], PARKED, np.zeros(2))
+    world.reset(STRIP.rest_m + np.array([0, 0, 0.01]), PARKED, np.zeros(2))
     heights = run(world, 12)[:, 2]
     assert heights == pytest.approx(world.config.contact_radius_m, abs=5e-5)
 
@@ -73,7 +73,7 @@ def test_sliding_cloth_is_braked_by_coulomb_friction_of_the_table(mu):
         **{name: Property(value=value) for name, value in VALUES.items()}, friction=Friction(table=Property(value=mu))
     )
     sliding = ClothWorld(STRIP, physics, CellConfig(self_contact=False))
-    sliding.reset(STRIP.rest_m + [0, 0, sliding.config.contact_radius_m], PARKED, np.zeros(2))
+    sliding.reset(STRIP.rest_m + np.array([0, 0, sliding.config.contact_radius_m]), PARKED, np.zeros(2))
     speed = 0.5
     sliding.push(np.array([speed, 0.0, 0.0]))
     run(sliding, 4)
@@ -82,7 +82,9 @@ def test_sliding_cloth_is_braked_by_coulomb_friction_of_the_table(mu):
 
 
 def test_pinched_strip_is_lifted_and_does_not_slip(world):
-    world.reset(STRIP.rest_m + [0, 0, 0.002], np.stack([tool(-0.06, 0.0, 0.1), PARKED[1]]), np.array([0.036, 0.036]))
+    world.reset(
+        STRIP.rest_m + np.array([0, 0, 0.002]), np.stack([tool(-0.06, 0.0, 0.1), PARKED[1]]), np.array([0.036, 0.036])
+    )
 
     def to(pose: np.ndarray, gap: float, frames: int) -> None:
         start, opened = world.tools[0].copy(), world.gaps_m[0]
@@ -108,7 +110,7 @@ def test_pinched_strip_is_lifted_and_does_not_slip(world):
 def test_hanging_cloth_stretches_under_its_own_weight():
     soft = CLOTH.with_values(stretch_n_m=50.0, poisson=0.0, damping_s=5e-3)
     hanging = ClothWorld(STRIP, soft, CellConfig(self_contact=False, iterations=40))
-    up = STRIP.rest_m[:, [2, 1, 0]] + [0, 0, 0.5]  # its long side along z
+    up = STRIP.rest_m[:, [2, 1, 0]] + np.array([0, 0, 0.5])  # its long side along z
     hanging.reset(up, PARKED, np.zeros(2))
     top = up[:, 2] > up[:, 2].max() - 1e-6
     hanging.fix(top)
@@ -148,5 +150,5 @@ def test_fingers_move_evenly_and_never_closer_than_their_pads():
 
 def test_a_mesh_with_a_face_without_area_is_refused():
     flat = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0]], float)
-    with pytest.raises(BadInput, match="area|face"):
+    with pytest.raises(BadInput, match="area"):
         checked_mesh(flat, np.array([[0, 1, 2]]), flat)

@@ -1,0 +1,149 @@
+"""The whole way on a small towel: settle, plan, grip by contact, fold, record, judge, replay, write."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from sim1.cloth.garment import grid_towel
+from sim1.cloth.physics import nominal_from_priors, write_physics
+from sim1.episode import read_episode
+from sim1.robot.stage import SeedDemosConfig, check_seed_demos, seed_demos
+from sim1.scene.description import Scene, write_scene
+
+ROOT = Path(__file__).parents[2]
+FABRIC = {
+    "area_density_kg_m2": {"value": 0.3},
+    "thickness_m": {"value": 0.002},
+    "stretch_n_m": {"value": 400.0},
+    "poisson": {"value": 0.3},
+    "bending_n_m": {"value": 5.0e-5},
+    "damping_s": {"value": 1.0e-3},
+}
+TOWEL = grid_towel(0.22, 0.30, 0.026)
+
+
+def place(at: tuple[float, float, float]) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, 3] = at
+    return pose
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory) -> dict[str, dict[str, Path]]:
+    folder = tmp_path_factory.mktemp("seed_inputs")
+    for name in ("garment_mesh", "scene", "calibrated_physics"):
+        (folder / name).mkdir()
+    np.savez(folder / "garment_mesh" / "mesh.npz", vertices_m=TOWEL.vertices_m, faces=TOWEL.faces, rest_m=TOWEL.rest_m)
+    for name in ("robot.urdf", "table.obj"):
+        source = ROOT / "data" / "robot" / name
+        (folder / "scene" / name).write_text(source.read_text() if source.is_file() else "# table\n")
+    home = np.array([0.0, 0.6, 0.6, -0.9, 0.0, 0.0])
+    scene = Scene(
+        table_mesh=folder / "scene" / "table.obj",
+        table_size_m=np.array([0.8, 1.2, 0.03]),
+        table_top_m=0.0,
+        urdf=folder / "scene" / "robot.urdf",
+        base_to_world={"left": place((-0.36, 0.27, 0.15)), "right": place((-0.36, -0.27, 0.15))},
+        home_rad={"left": home, "right": home},
+        garment_place=place((0.0, 0.0, 0.004)),
+        cameras={},
+        wrist_cameras={},
+    )
+    write_scene(folder / "scene", scene)
+    write_physics(folder / "calibrated_physics" / "model.yaml", nominal_from_priors(FABRIC))
+    task = yaml.safe_load((ROOT / "data" / "tasks" / "towel.yaml").read_text())
+    task["steps"][0] |= {"lift_m": 0.08, "carry_s": 1.6}
+    (folder / "towel.yaml").write_text(yaml.safe_dump(task))
+    return {name: {"towel": folder / name} for name in ("garment_mesh", "scene", "calibrated_physics")} | {
+        "task": {"towel": folder / "towel.yaml"}
+    }
+
+
+@pytest.fixture(scope="module")
+def artifact(inputs, tmp_path_factory) -> tuple[Path, dict]:
+    out = tmp_path_factory.mktemp("seed_demos")
+    config = SeedDemosConfig(demo_count=1, attempts=2, substeps=6, iterations=4, replay_s=30.0)
+    return out, seed_demos(inputs, out, config)
+
+
+def test_a_small_towel_is_folded_by_finger_contact(artifact):
+    out, facts = artifact
+    assert facts["success_count"] == 1
+    episode = read_episode(out / "episodes" / f"{facts['attempt_count'] - 1:04d}")
+    assert episode.about["success"]
+    assert episode.about["figures"]["iou"] > 0.8
+    assert np.abs(np.diff(episode.time_s) - 1 / 30).max() < 1e-9
+
+
+def test_all_checks_pass_and_the_replay_of_the_whole_run_is_equal_to_the_byte(artifact):
+    out, _ = artifact
+    failed = [finding for finding in check_seed_demos(out) if not finding.passed]
+    assert not failed, failed
+    again = json.loads((out / "cell.json").read_text())["replay"]
+    assert again["frame_count"] > 150
+    assert again["largest_difference_m"] == 0.0
+
+
+def test_the_session_opens_as_usd_with_moving_garment_and_links(artifact):
+    from pxr import Usd, UsdGeom
+
+    out, facts = artifact
+    folder = out / "episodes" / f"{facts['attempt_count'] - 1:04d}"
+    stage = Usd.Stage.Open(str(folder / "session.usdc"))
+    episode = read_episode(folder)
+    points = UsdGeom.Mesh.Get(stage, "/session/garment").GetPointsAttr()
+    assert np.array(points.Get(100)) == pytest.approx(episode.garment_m[100])
+    finger = UsdGeom.Xformable.Get(stage, "/session/left/finger_1")
+    assert finger.GetLocalTransformation(0) != finger.GetLocalTransformation(100)
+
+
+def test_damaged_demonstrations_do_not_pass_the_check(artifact, tmp_path):
+    import shutil
+
+    from sim1.episode import episode_folders, write_episode
+
+    bad = tmp_path / "artifact"
+    shutil.copytree(artifact[0], bad)
+    for folder in episode_folders(bad):
+        episode = read_episode(folder)
+        joints = episode.joints_rad.copy()
+        joints[50, 0, 1] = -0.5  # below the limit, and a jump
+        write_episode(folder, replace(episode, joints_rad=joints, about={**episode.about, "success": False}))
+    failed = {finding.name for finding in check_seed_demos(bad) if not finding.passed}
+    assert {"a_demonstration_succeeds", "joints_within_limits", "joint_speeds_within_limits"} <= failed
+
+
+def test_a_task_out_of_reach_is_recorded_as_unreachable(inputs):
+    from sim1.cloth.cell import Cell, CellConfig
+    from sim1.cloth.garment import read_garment_mesh
+    from sim1.cloth.physics import read_physics
+    from sim1.robot.expert_task import read_task
+    from sim1.robot.expert_variation import PLAIN
+    from sim1.robot.session import demonstrate
+    from sim1.scene.description import read_scene
+
+    scene = read_scene(inputs["scene"]["towel"])
+    physics = read_physics(inputs["calibrated_physics"]["towel"] / "model.yaml")
+    mesh = read_garment_mesh(inputs["garment_mesh"]["towel"])
+    cell = Cell(mesh, scene, physics, CellConfig(substeps=2, iterations=1, self_contact=False))
+    far = (TOWEL.rest_m + np.array([0.0, 0.42, 0.002])).astype(np.float32)
+    episode = demonstrate(cell, read_task(inputs["task"]["towel"]), far, PLAIN, {})
+    assert episode.about["failure"] == "unreachable"
+    assert "out of reach" in episode.about["note"]
+
+
+def test_a_full_disk_surfaces_from_the_writer_thread(artifact, inputs, tmp_path):
+    from sim1.robot.session_writer import SessionWriter
+    from sim1.scene.description import read_scene
+
+    episode = read_episode(artifact[0] / "episodes" / "0000")
+    (tmp_path / "episodes").write_text("a file where the folder should be")
+    with (
+        pytest.raises(OSError, match="episodes"),
+        SessionWriter(tmp_path / "episodes", TOWEL.faces, read_scene(inputs["scene"]["towel"]), limit=1) as writer,
+    ):
+        writer.put("0000", episode)
