@@ -91,7 +91,9 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
         "recipe": recipe,
         "parts": parts,
         "facts": json.loads(json.dumps(facts)),
-        "findings": [vars(finding) for finding in findings],
+        "findings": [
+            {**vars(finding), "passed": bool(finding.passed)} for finding in findings
+        ],  # numpy's bool is no JSON
         "seconds": round(time.perf_counter() - started, 3),
     }
     try:
