@@ -44,8 +44,8 @@ def make_solver(
             "particle_self_contact_gap": self_contact.search_gap_m,
             "particle_rest_shape_contact_exclusion_radius": self_contact.rest_exclusion_m,
             "particle_topological_contact_filter_threshold": 1,
-            "particle_vertex_contact_buffer_size": 16,
-            "particle_edge_contact_buffer_size": 20,
+            "particle_vertex_contact_buffer_size": 32,
+            "particle_edge_contact_buffer_size": 48,
             "collision_frequency_type": {
                 SolverBase.CollisionSlot.SOFT_SELF_CONTACT: SolverBase.CollisionFrequencyType.PRE_INIT
             },

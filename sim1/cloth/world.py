@@ -35,9 +35,10 @@ class CellConfig:
     iterations: int = Field(5, ge=1)  # per substep
     contact_radius_m: float = Field(0.002, gt=0)  # distance kept between the cloth's middle surface and solids
     self_margin_m: float = Field(0.003, gt=0)  # distance kept between two layers
+    self_search_m: float = Field(0.006, gt=0)  # detection looks this far ahead of the margin; see `top_speed_m_s`
     self_contact: bool = True  # layers collide
     finger_surface_contact: bool = True  # fingers touch edges and faces of the cloth, not its vertices alone
-    table_stiffness_n_m: float = 2.0e3  # penalty per vertex: sags 1 um under a vertex of 0.2 g
+    table_stiffness_n_m: float = 300.0  # penalty per vertex: sags 7 um under 0.2 g; stiffer makes friction too strong
     robot_stiffness_n_m: float = 1.5e3  # rubber pads: yield 1 mm at 1.5 N per vertex
     self_stiffness_n_m: float = 2.0e2  # gentle, layers are light
     contact_damping_n_s_m: float = 0.2  # per vertex, takes the bounce out of landings
@@ -48,6 +49,12 @@ class CellConfig:
     finger_thickness_m: float = 0.010  # along the tool's y; as in the URDF
     finger_rounding_m: float = 0.0015  # edges of a pad are round
     far_limit_m: float = 50.0  # a vertex further than this from the origin means that the simulation broke
+
+
+def top_speed_m_s(config: CellConfig) -> float:
+    """Speed that no vertex can exceed: with self-contact the solver cuts a substep's motion to 0.85 / 2 of the search range."""
+    reach = config.self_margin_m + config.self_search_m
+    return 0.425 * reach * config.substeps / FRAME_S if config.self_contact else float("inf")
 
 
 class ClothWorld:
@@ -300,7 +307,7 @@ def _self_contact(garment: GarmentMesh, config: CellConfig) -> SelfContact:
     shortest = float(np.linalg.norm(garment.rest_m[edges[:, 0]] - garment.rest_m[edges[:, 1]], axis=1).min())
     return SelfContact(
         margin_m=config.self_margin_m,
-        search_gap_m=config.self_margin_m,
+        search_gap_m=config.self_search_m,
         rest_exclusion_m=min(2.0 * config.self_margin_m, 0.9 * shortest),
     )
 
