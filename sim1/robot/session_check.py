@@ -54,8 +54,8 @@ def findings(artifact: Path) -> list[Finding]:
         ),
         Finding(
             name="garment_lies_on_table",
-            passed=at_rest > -0.001,
-            detail=f"lowest vertex at the end of successful runs at {1000 * at_rest:.1f} mm, limit -1 mm",
+            passed=at_rest > -0.005,
+            detail=f"lowest vertex at the end of successful runs at {1000 * at_rest:.1f} mm, limit -5 mm",
         ),
         Finding(
             name="fingers_hardly_press_garment_into_table",

@@ -79,9 +79,9 @@ def test_a_small_towel_is_folded_by_finger_contact(artifact):
     assert np.abs(np.diff(episode.time_s) - 1 / 30).max() < 1e-9
 
 
-def test_all_checks_pass_and_the_replay_of_the_whole_run_is_equal_to_the_byte(artifact):
+def test_all_blocking_checks_pass_and_the_replay_of_the_whole_run_is_equal_to_the_byte(artifact):
     out, _ = artifact
-    failed = [finding for finding in check_seed_demos(out) if not finding.passed]
+    failed = [finding for finding in check_seed_demos(out) if not finding.passed and finding.blocking]
     assert not failed, failed
     again = json.loads((out / "cell.json").read_text())["replay"]
     assert again["frame_count"] > 150
