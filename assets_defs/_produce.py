@@ -3,13 +3,14 @@
 import errno
 import json
 import os
+import shutil
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from assets_defs._config import check_function, config_of, stage_function
-from assets_defs._digest import digest_json
+from assets_defs._digest import RECORD, digest_json
 from assets_defs._recipe import Key, Snapshot
 from assets_defs._store import StoreError, place, verified
 from pipeline import Home, Node
@@ -63,10 +64,15 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
     at = place(home, node, key)
     inputs = _inputs(home, snapshot, node, key)
     started = time.perf_counter()
+    work = _work(snapshot, node, key, parts)
+    twin = _twin(home, snapshot, node, key, work)
     try:
         part = at.begin(recipe, resume=node.stage.resumes)
-        with progress.listening(sink):
-            facts = stage_function(node.stage.run)(inputs, part, config_of(node))
+        if twin is not None:
+            facts = _copy(home, twin, key, part)
+        else:
+            with progress.listening(sink):
+                facts = stage_function(node.stage.run)(inputs, part, config_of(node))
         check = check_function(node)
         findings = check(part) if check else []
         if not any(part.iterdir()):
@@ -89,6 +95,7 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
         "variant": node.variant,
         "garment": key,
         "recipe": recipe,
+        "work": work,
         "parts": parts,
         "facts": json.loads(json.dumps(facts)),
         "findings": [
@@ -102,6 +109,35 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
         raise NotMade(
             f"{label(node, key)}: {_explained(error, at.part)}", transient=error.errno != errno.ENOSPC
         ) from error
+
+
+def _work(snapshot: Snapshot, node: Node, key: Key, parts: dict[str, Any]) -> str:
+    """Digest of what the stage function is given, whichever node asks: content by input name, not by who made it."""
+    given = {
+        f"{name}/{parent_key or ''}": snapshot.version(parent, parent_key)
+        for name, parent, parent_key in snapshot.parents(node, key)
+    }
+    return digest_json({**parts, "made_from": given})
+
+
+def _twin(home: Home, snapshot: Snapshot, node: Node, key: Key, work: str) -> Node | None:
+    """Another variant of the same stage that did this very work: a filter that changes nothing costs nothing below it."""
+    if node.stage.timings or node.stage.compares:
+        return None
+    for other in snapshot.graph.nodes.values():
+        if other.stage.name == node.stage.name and other.id != node.id:
+            at = place(home, other, key)
+            record = at.record()
+            if record and record.get("work") == work and at.damage(record, thorough=True) is None:
+                return other
+    return None
+
+
+def _copy(home: Home, twin: Node, key: Key, part: Path) -> dict[str, Any]:
+    """Copy the twin's artifact into `part`; its facts, with a note of where they come from."""
+    at = place(home, twin, key)
+    shutil.copytree(at.final, part, dirs_exist_ok=True, ignore=shutil.ignore_patterns(RECORD))
+    return {**at.record()["facts"], "same_work_as": label(twin, key)}
 
 
 def _inputs(home: Home, snapshot: Snapshot, node: Node, key: Key) -> dict[str, dict[str, Path]]:

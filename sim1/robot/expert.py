@@ -16,6 +16,7 @@ from sim1.robot.kinematics import Arm, Unreachable
 from sim1.scene.description import Scene
 
 ABOVE_M = 0.09  # height over the table from which a grasp is approached
+RETREAT_M = 0.15  # height to which opened fingers rise before the arms turn away: over the pile of a folded shirt
 PRESS_M = 0.0005  # finger tips at a grasp: inside the cloth's contact layer, so that they press on it
 LAY_M = 0.012  # finger tips when letting go
 RELEASE_OPENNESS = 0.40  # 35 mm
@@ -102,7 +103,7 @@ def plan_step(
         path.arc(_at(place + slack, LAY_M + press), lift, step.carry_s * pace, variation)
         path.hold(0.1 + pauses[1])
         path.grip(RELEASE_OPENNESS, 0.6 * pace)
-        path.move(_at(place + slack, ABOVE_M + press), 0.8 * pace)
+        path.move(_at(place + slack, RETREAT_M + press), 1.2 * pace)
         joints = _solve(workspace, path.positions(), tilt, step, joints_rad)
         ratio = _speed_ratio(workspace, joints)
         if ratio <= SPEED_SHARE:
@@ -163,7 +164,9 @@ def _tilt(workspace: Workspace, side: int, step: Step, grasp: np.ndarray, place:
         try:
             for share in np.linspace(0.0, 1.0, 6):
                 point = np.append(grasp[side] + share * (place[side] - grasp[side]), 0.0)
-                heights = (ABOVE_M, 0.0) if share in (0.0, 1.0) else (lift * np.sin(np.pi * share) + 0.02,)
+                heights = {0.0: (ABOVE_M, 0.0), 1.0: (0.0, RETREAT_M)}.get(
+                    share, (lift * np.sin(np.pi * share) + 0.02,)
+                )
                 for height in heights:
                     point[2] = height
                     restarts = 6 if share == 0.0 and height == ABOVE_M else 1

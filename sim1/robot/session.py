@@ -14,7 +14,7 @@ from sim1.robot.kinematics import Unreachable
 from sim1.stage import BadInput
 from sim1.validity.success import judge
 
-END_HOLD_S = 0.7  # the garment comes to rest before it is judged
+END_HOLD_S = 1.2  # the garment comes to rest before it is judged
 
 
 class Recorder:

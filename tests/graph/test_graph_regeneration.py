@@ -7,6 +7,7 @@ from assets_defs._factory import GARMENTS
 from assets_defs._produce import produce
 from assets_defs._recipe import RECIPE_TAG, Snapshot, asset_key
 from assets_defs._regenerate import sync_garments
+from assets_defs._store import place
 
 TOWEL_CHAIN = ["scan/towel", "mesh/towel", "model/towel", "dataset", "report"]
 
@@ -119,6 +120,21 @@ def test_variants_re_derive_their_own_assets_alone(project):
     (project.root / "pipeline" / "ablations.yaml").write_text("variants: {wide: {changes: {model: {width: 10}}}}\n")
     project.run()
     assert changed_since(project, before) == ["wide/model/shirt", "wide/model/towel", "wide/dataset", "report"]
+
+
+def test_a_variant_that_turns_out_to_change_nothing_costs_nothing_below(project):
+    # Comments do not count in what `ingest` writes, so both variants of `mesh` give the same artifact.
+    project.stages(mesh={"run": "toy_stages:ingest"})
+    (project.root / "pipeline" / "ablations.yaml").write_text("variants: {other: {changes: {mesh: {unused: 1}}}}\n")
+    project.run()
+    record = place(project.home, project.graph.nodes["other/model"], "towel").record()
+    assert record["facts"]["same_work_as"] == "model/towel"
+    assert record["parts"]["made_from"].keys() == {"mesh:other/mesh/towel"}
+    (project.root / "pipeline" / "ablations.yaml").write_text(
+        "variants: {other: {changes: {mesh: {unused: 1}, model: {width: 3}}}}\n"
+    )
+    project.run()
+    assert "same_work_as" not in place(project.home, project.graph.nodes["other/model"], "towel").record()["facts"]
 
 
 def test_selected_stages_and_garments_alone_are_made(project):
