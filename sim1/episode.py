@@ -77,7 +77,9 @@ def read_episode(folder: Path) -> Episode:
     count = len(arrays["time_s"])
     for name, array in arrays.items():
         if len(array) != count or not np.isfinite(array).all():
-            raise BadInput(f"{folder}/episode.npz: {name} has {len(array)} of {count} frames, or values that are not finite")
+            raise BadInput(
+                f"{folder}/episode.npz: {name} has {len(array)} of {count} frames, or values that are not finite"
+            )
     return Episode(**arrays, about={key: value for key, value in about.items() if key != "schema"})
 
 
