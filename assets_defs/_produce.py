@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from assets_defs._config import check_function, config_of, stage_function
 from assets_defs._digest import RECORD, digest_json
 from assets_defs._recipe import Key, Snapshot
@@ -71,7 +73,8 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
         if twin is not None:
             facts = _copy(home, twin, key, part)
         else:
-            with progress.listening(sink):
+            # Stages multiply small matrices: more threads wait for each other, and a calibration takes ten times as long.
+            with progress.listening(sink), threadpool_limits(1):
                 facts = stage_function(node.stage.run)(inputs, part, config_of(node))
         check = check_function(node)
         findings = check(part) if check else []

@@ -152,7 +152,7 @@ class _Loop:
     def _begin(self, node: Node, key: Key) -> None:
         worker = next((worker for worker in self.workers if worker.task is None and worker.alive), None)
         if worker is None:
-            worker = Worker(self.home.root, self.graph.profile, max(1, (os.cpu_count() or 1) // self.jobs))
+            worker = Worker(self.home.root, self.graph.profile)
             self.workers.append(worker)
         self.tried.add((node.id, key, self._recipe(node, key)))
         self.began[node.id, key] = time.monotonic()

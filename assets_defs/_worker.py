@@ -37,10 +37,10 @@ class Outcome:
 class Worker:
     """Parent's side of a worker process."""
 
-    def __init__(self, root: Path, profile: str, threads: int):
+    def __init__(self, root: Path, profile: str):
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs, str(root), profile, threads), daemon=False)
+        self._process = context.Process(target=_serve, args=(theirs, str(root), profile), daemon=False)
         with _environment(SIM1_HOME=str(root), SIM1_PROFILE=profile, DAGSTER_HOME=str(root)):
             self._process.start()
         theirs.close()
@@ -124,9 +124,9 @@ def _environment(**values: str):
                 os.environ[name] = value
 
 
-def _serve(pipe: Connection, root: str, profile: str, threads: int) -> None:
+def _serve(pipe: Connection, root: str, profile: str) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
-    os.environ.update(SIM1_HOME=root, SIM1_PROFILE=profile, DAGSTER_HOME=root, OMP_NUM_THREADS=str(threads))
+    os.environ.update(SIM1_HOME=root, SIM1_PROFILE=profile, DAGSTER_HOME=root, OMP_NUM_THREADS="1")
     os.chdir(root)
     logging.disable(logging.CRITICAL)
     # Native libraries talk on both streams; the terminal belongs to the parent.
