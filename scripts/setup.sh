@@ -4,12 +4,12 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 want=$(cat .python-version)
 
-if ! command -v uv >/dev/null 2>&1; then
+if ! uv --version >/dev/null 2>&1; then  # a shim may be there without the program
   python=$(command -v python3 || command -v python) || { echo "setup: no python3 found; install Python $want" >&2; exit 1; }
   echo "setup: installing uv with pip"
   "$python" -m pip install --quiet --user uv 2>/dev/null || "$python" -m pip install --quiet --break-system-packages uv
   PATH="$("$python" -m site --user-base)/bin:$PATH"
-  command -v uv >/dev/null 2>&1 || { uv() { "$python" -m uv "$@"; }; }
+  uv --version >/dev/null 2>&1 || uv() { "$python" -m uv "$@"; }
 fi
 
 echo "setup: Python $want in .venv"
