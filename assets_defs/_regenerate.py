@@ -1,10 +1,9 @@
 """Make everything that is not fresh: the loop behind `sim1 run` and the nightly schedule."""
 
-import fcntl
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import wait
 from pathlib import Path
@@ -14,6 +13,7 @@ import dagster as dg
 
 from assets_defs._digest import digest_json
 from assets_defs._factory import GARMENTS
+from assets_defs._lock import Taken, exclusive
 from assets_defs._produce import label
 from assets_defs._recipe import Key, Snapshot
 from assets_defs._store import StoreError, place
@@ -246,17 +246,9 @@ def _alive(pid: int) -> bool:
 
 @contextmanager
 def _alone(home: Home) -> Iterator[None]:
-    home.state.mkdir(parents=True, exist_ok=True)
-    with (home.state / "regenerate.lock").open("a+") as file:
+    with ExitStack() as stack:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            file.seek(0)
-            raise StoreError(
-                f"process {file.read().strip() or '?'} is regenerating already; wait for it or stop it"
-            ) from None
-        file.seek(0)
-        file.truncate()
-        file.write(str(os.getpid()))
-        file.flush()
+            stack.enter_context(exclusive(home.state / "regenerate.lock"))
+        except Taken as error:
+            raise StoreError(f"process {error.holder} is regenerating already; wait for it or stop it") from None
         yield

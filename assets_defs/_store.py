@@ -5,17 +5,16 @@ record `artifact.json`. Beside it may stand `GARMENT.part` (being made), `GARMEN
 (failed its checks) and `GARMENT.failed.json` (why the last try failed).
 """
 
-import fcntl
 import json
-import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from assets_defs._digest import RECORD, content_files, digest_file, digest_files
+from assets_defs._lock import Taken, exclusive
 from pipeline import Home, Node
 
 JOINT = "_"
@@ -127,20 +126,11 @@ class Place:
         Raises:
             StoreError: another process is making it.
         """
-        path = self.final.with_name(self.final.name + ".lock")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("a+") as file:
+        with ExitStack() as stack:
             try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                file.seek(0)
-                raise StoreError(
-                    f"{self.final}: process {file.read().strip() or '?'} is making it; wait for it or stop it"
-                ) from None
-            file.seek(0)
-            file.truncate()
-            file.write(str(os.getpid()))
-            file.flush()
+                stack.enter_context(exclusive(self.final.with_name(self.final.name + ".lock")))
+            except Taken as error:
+                raise StoreError(f"{self.final}: process {error.holder} is making it; wait for it or stop it") from None
             self._recover()
             yield
 
