@@ -1,0 +1,6 @@
+"""`SolverAVBD`: the deformation-stable cloth solver."""
+
+from sim1.cloth.avbd.parameters import AVBDConfig, SelfContact
+from sim1.cloth.avbd.solver import SolverAVBD
+
+__all__ = ["AVBDConfig", "SelfContact", "SolverAVBD"]

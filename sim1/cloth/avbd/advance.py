@@ -1,0 +1,155 @@
+"""Beginning and end of a step: inertia, guess, histories for rates, decay of the multipliers, velocities.
+
+A rate is written as `rate * value - past`. Implicit Euler: (value - last) / dt. BDF2: (3 value - 4 last + one before) / (2 dt);
+positions and velocities then follow x = (4 x1 - x2) / 3 + (2 dt / 3) v and v = (4 v1 - v2) / 3 + (2 dt / 3) a.
+"""
+
+import warp as wp
+
+from sim1.cloth.avbd.elastic import bend, frame, green_strain
+from sim1.cloth.avbd.iterate import Iterate, StepNumbers
+from sim1.cloth.avbd.sheet import Sheet
+from sim1.cloth.avbd.touch import Guard, Touches, hold_apart
+
+ACTIVE = wp.constant(wp.int32(1))  # newton.ParticleFlags.ACTIVE
+
+
+@wp.kernel(enable_backward=False)
+def begin_step(
+    sheet: Sheet,
+    now: Iterate,
+    second_order: int,
+    dt: float,
+    position: wp.array(dtype=wp.vec3),
+    speed: wp.array(dtype=wp.vec3),
+    load: wp.array(dtype=wp.vec3),
+    inverse_mass: wp.array(dtype=float),
+    flags: wp.array(dtype=wp.int32),
+    gravity: wp.array(dtype=wp.vec3),
+    world: wp.array(dtype=wp.int32),
+):
+    """Take over a state, and where inertia, gravity and given loads alone would carry each vertex."""
+    v = wp.tid()
+    at = position[v]
+    if not (wp.length(at - now.x[v]) == 0.0):  # put there from outside, or the first step: no history
+        now.before[v] = at - dt * speed[v]
+        now.before_speed[v] = speed[v]
+    now.start[v] = at
+    now.x[v] = at
+    now.force[v] = wp.vec3(0.0)
+    now.slope[v] = wp.mat33(0.0)
+    movable = wp.int32(0)
+    if (flags[v] & ACTIVE) != 0 and inverse_mass[v] > 0.0:
+        movable = wp.int32(1)
+    sheet.movable[v] = movable
+    pull = gravity[wp.max(world[v], 0)] + load[v] * inverse_mass[v]
+    if second_order != 0:
+        now.target[v] = (
+            (4.0 * at - now.before[v]) / 3.0
+            + (2.0 * dt / 3.0) * (4.0 * speed[v] - now.before_speed[v]) / 3.0
+            + (4.0 * dt * dt / 9.0) * pull
+        )
+    else:
+        now.target[v] = at + dt * speed[v] + dt * dt * pull
+    if movable == 0:
+        now.target[v] = at
+
+
+@wp.kernel(enable_backward=False)
+def guess(
+    sheet: Sheet,
+    now: Iterate,
+    layers: Touches,
+    guard: Guard,
+    dt: float,
+    keep: float,
+    speed: wp.array(dtype=wp.vec3),
+    gravity: wp.array(dtype=wp.vec3),
+    world: wp.array(dtype=wp.int32),
+):
+    """Start from the last velocity and the last acceleration, as far as it is not a blow.
+
+    Few sweeps carry a load that acts everywhere (gravity, friction of a table) badly through stiff cloth; what is missing shows
+    as acceleration, and taking it along adds it up from step to step. VBD (Chen et al. 2024) takes along gravity alone.
+    """
+    v = wp.tid()
+    if sheet.movable[v] != 0:
+        change = wp.vec3(0.0)
+        down = gravity[wp.max(world[v], 0)]
+        strength = wp.dot(down, down)
+        if strength > 0.0:
+            change = wp.clamp(wp.dot(speed[v] - now.before_speed[v], down) / strength, 0.0, dt * keep) * down
+        at = now.start[v]
+        wanted = at + dt * (speed[v] + change)
+        if guard.reach > 0.0:
+            wanted = hold_apart(layers, guard, v, wanted)
+        now.x[v] = wanted
+
+
+@wp.kernel(enable_backward=False)
+def begin_elements(
+    sheet: Sheet,
+    now: Iterate,
+    second_order: int,
+    dt: float,
+    limit: float,
+    first_stiffness: float,
+    force_decay: float,
+    stiffness_decay: float,
+):
+    """Histories of strain and angle, and the decay of the strain limit's multipliers."""
+    i = wp.tid()
+    if i < sheet.triangle.shape[0]:
+        if sheet.triangle_viscosity[i] > 0.0:
+            f1, f2 = frame(sheet, now.start, i)
+            past = green_strain(f1, f2) / dt
+            if second_order != 0:
+                g1, g2 = frame(sheet, now.before, i)
+                past = 2.0 * past - green_strain(g1, g2) / (2.0 * dt)
+            now.triangle_past[i] = past
+    if i < sheet.hinge.shape[0]:
+        v = sheet.hinge[i]
+        turn = 6.283185307179586
+        angle, _a, _b, _c, _d = bend(now.start[v[0]], now.start[v[1]], now.start[v[2]], now.start[v[3]])
+        angle += turn * wp.round((now.hinge_now[i] - angle) / turn)
+        now.hinge_now[i] = angle
+        if sheet.hinge_damping[i] > 0.0:
+            past_angle = angle / dt
+            if second_order != 0:
+                older, _e, _f, _g, _h = bend(now.before[v[0]], now.before[v[1]], now.before[v[2]], now.before[v[3]])
+                older += turn * wp.round((angle - older) / turn)
+                past_angle = 2.0 * past_angle - older / (2.0 * dt)
+            now.hinge_past[i] = past_angle
+    if i < sheet.edge.shape[0]:
+        ends = sheet.edge[i]
+        excess = wp.length(now.start[ends[0]] - now.start[ends[1]]) - limit * sheet.edge_length[i]
+        now.edge_excess[i] = wp.max(excess, 0.0)
+        now.edge_force[i] = force_decay * now.edge_force[i]
+        now.edge_stiffness[i] = wp.max(first_stiffness, stiffness_decay * now.edge_stiffness[i])
+
+
+@wp.kernel(enable_backward=False)
+def end_step(
+    sheet: Sheet,
+    now: Iterate,
+    second_order: int,
+    dt: float,
+    speed: wp.array(dtype=wp.vec3),
+    position_out: wp.array(dtype=wp.vec3),
+    speed_out: wp.array(dtype=wp.vec3),
+):
+    """Velocities from the positions, and the history of the next step."""
+    v = wp.tid()
+    at = now.x[v]
+    start = now.start[v]
+    was = speed[v]
+    if sheet.movable[v] != 0:
+        if second_order != 0:
+            speed_out[v] = (3.0 * at - 4.0 * start + now.before[v]) / (2.0 * dt)
+        else:
+            speed_out[v] = (at - start) / dt
+    else:
+        speed_out[v] = was
+    position_out[v] = at
+    now.before[v] = start
+    now.before_speed[v] = was

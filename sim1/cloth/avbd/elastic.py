@@ -1,0 +1,175 @@
+"""Elastic terms of a cloth: membrane, hinges, strain limit. Each gives force and a positive semi-definite Hessian block.
+
+Sources: the SIM1 paper, appendix A (St. Venant-Kirchhoff membrane, dihedral-angle bending, strain limit); VBD (Chen et al.
+2024) for the vertex blocks. Hessians leave out what could make them indefinite: compressive stress in the membrane, the
+curvature of the dihedral angle.
+"""
+
+import warp as wp
+
+from sim1.cloth.avbd.iterate import Iterate, StepNumbers
+from sim1.cloth.avbd.sheet import Sheet
+
+
+@wp.func
+def frame(sheet: Sheet, x: wp.array(dtype=wp.vec3), t: int):
+    """Columns of the deformation gradient of a triangle, 3 x 2."""
+    tri = sheet.triangle[t]
+    origin = x[tri[0]]
+    first = x[tri[1]] - origin
+    second = x[tri[2]] - origin
+    pose = sheet.triangle_pose[t]
+    return first * pose[0, 0] + second * pose[1, 0], first * pose[0, 1] + second * pose[1, 1]
+
+
+@wp.func
+def green_strain(f1: wp.vec3, f2: wp.vec3):
+    """Green strain, Voigt: (G11, G22, 2 G12)."""
+    return wp.vec3(0.5 * (wp.dot(f1, f1) - 1.0), 0.5 * (wp.dot(f2, f2) - 1.0), wp.dot(f1, f2))
+
+
+@wp.func
+def slackened(strain: wp.vec3, share: float):
+    """Strain (Voigt) whose negative principal part counts by `share` alone: cloth shorter than the mesh can fold wrinkles.
+
+    A strip of width h buckles at pi^2 D / h^2, far below what a membrane would take; folds finer than an edge are not in the
+    mesh, so they are in its law (tension field theory, Wagner 1929; Pipkin 1986).
+    """
+    mean = 0.5 * (strain[0] + strain[1])
+    half = 0.5 * (strain[0] - strain[1])
+    shear = 0.5 * strain[2]
+    radius = wp.sqrt(half * half + shear * shear)
+    low = mean - radius
+    high = mean + radius
+    if low >= 0.0:
+        return strain
+    if high <= 0.0:
+        return share * strain
+    # G+ = high n n^T; n n^T has components from half and shear over the radius.
+    gain = low * (share - 1.0)
+    cosine = half / radius
+    sine = shear / radius
+    return strain + gain * wp.vec3(0.5 * (1.0 - cosine), 0.5 * (1.0 + cosine), -sine)
+
+
+@wp.func
+def membrane(sheet: Sheet, now: Iterate, step: StepNumbers, t: int, corner: int):
+    """Force [N] and Hessian block [N/m] of triangle `t` on its corner: S = C G + 4 kd dG/dt, f = -A F S b."""
+    f1, f2 = frame(sheet, now.x, t)
+    pose = sheet.triangle_pose[t]
+    b1 = pose[0, 0]
+    b2 = pose[0, 1]
+    if corner == 0:
+        b1 = -(pose[0, 0] + pose[1, 0])
+        b2 = -(pose[0, 1] + pose[1, 1])
+    elif corner == 2:
+        b1 = pose[1, 0]
+        b2 = pose[1, 1]
+    strain = green_strain(f1, f2)
+    law = sheet.triangle_law[t]
+    stress = law * strain
+    if sheet.slack < 1.0:
+        stress = law * slackened(strain, sheet.slack)
+    viscosity = 4.0 * sheet.triangle_viscosity[t]
+    l00 = law[0, 0]
+    l11 = law[1, 1]
+    l22 = law[2, 2]
+    if viscosity > 0.0:
+        speed = step.rate * strain - now.triangle_past[t]
+        stress += viscosity * wp.vec3(speed[0], speed[1], 0.5 * speed[2])
+        l00 += viscosity * step.rate
+        l11 += viscosity * step.rate
+        l22 += 0.5 * viscosity * step.rate
+    area = sheet.triangle_area[t]
+    force = -area * (f1 * (stress[0] * b1 + stress[2] * b2) + f2 * (stress[2] * b1 + stress[1] * b2))
+    tension = area * wp.max(stress[0] * b1 * b1 + 2.0 * stress[2] * b1 * b2 + stress[1] * b2 * b2, 0.0)
+    p = b1 * f1
+    q = b2 * f2
+    r = b1 * f2 + b2 * f1
+    block = (
+        wp.outer(p, l00 * p + law[0, 1] * q + law[0, 2] * r)
+        + wp.outer(q, law[0, 1] * p + l11 * q + law[1, 2] * r)
+        + wp.outer(r, law[0, 2] * p + law[1, 2] * q + l22 * r)
+    )
+    return force, area * block + tension * wp.identity(n=3, dtype=float)
+
+
+@wp.func
+def bend(a: wp.vec3, b: wp.vec3, c: wp.vec3, d: wp.vec3):
+    """Dihedral angle [rad] at edge c-d between the triangles of a and b, 0 when flat, and its gradients [rad/m].
+
+    The gradients at the opposite vertices lie along the normals; rigid motion leaves the angle, which gives the others.
+    """
+    edge = d - c
+    n1 = wp.cross(c - a, d - a)
+    n2 = wp.cross(d - b, c - b)
+    length_sq = wp.max(wp.dot(edge, edge), 1.0e-20)
+    length = wp.sqrt(length_sq)
+    n1_sq = wp.max(wp.dot(n1, n1), 1.0e-20)
+    n2_sq = wp.max(wp.dot(n2, n2), 1.0e-20)
+    angle = wp.atan2(wp.dot(wp.cross(n1, n2), edge) / length, wp.dot(n1, n2))
+    ga = -(length / n1_sq) * n1
+    gb = -(length / n2_sq) * n2
+    ta = wp.dot(a - c, edge) / length_sq
+    tb = wp.dot(b - c, edge) / length_sq
+    gc = -(1.0 - ta) * ga - (1.0 - tb) * gb
+    gd = -ta * ga - tb * gb
+    return angle, ga, gb, gc, gd
+
+
+@wp.func
+def refresh_hinge(sheet: Sheet, now: Iterate, h: int):
+    """Linearise the angle of a hinge at the present positions, on the branch nearest to its angle so far."""
+    v = sheet.hinge[h]
+    angle, ga, gb, gc, gd = bend(now.x[v[0]], now.x[v[1]], now.x[v[2]], now.x[v[3]])
+    turn = 6.283185307179586
+    angle += turn * wp.round((now.hinge_now[h] - angle) / turn)
+    now.hinge_now[h] = angle
+    now.hinge_slope[h, 0] = ga
+    now.hinge_slope[h, 1] = gb
+    now.hinge_slope[h, 2] = gc
+    now.hinge_slope[h, 3] = gd
+
+
+@wp.func
+def hinge(sheet: Sheet, now: Iterate, step: StepNumbers, h: int, corner: int):
+    """Force [N] and Gauss-Newton block [N/m] of hinge `h` on its corner: k (angle - rest) + c d(angle)/dt."""
+    slope = now.hinge_slope[h, corner]
+    angle = now.hinge_now[h]
+    moment = sheet.hinge_stiffness[h] * (angle - sheet.hinge_angle[h])
+    stiffness = sheet.hinge_stiffness[h]
+    damping = sheet.hinge_damping[h]
+    if damping > 0.0:
+        moment += damping * (step.rate * angle - now.hinge_past[h])
+        stiffness += damping * step.rate
+    return -moment * slope, wp.outer(stiffness * slope, slope)
+
+
+@wp.func
+def limit(sheet: Sheet, now: Iterate, step: StepNumbers, e: int, at: wp.vec3, other: wp.vec3):
+    """Force [N] and block [N/m] of the strain limit on the end `at` of edge `e`: f = -(lambda + k C) n, pulling only."""
+    apart = at - other
+    length = wp.max(wp.length(apart), 1.0e-12)
+    excess = length - step.limit * sheet.edge_length[e] - step.regularization * now.edge_excess[e]
+    pull = now.edge_force[e] + now.edge_stiffness[e] * excess
+    force = wp.vec3(0.0)
+    block = wp.mat33(0.0)
+    if pull > 0.0:
+        along = apart / length
+        across = wp.identity(n=3, dtype=float) - wp.outer(along, along)
+        force = -pull * along
+        block = now.edge_stiffness[e] * wp.outer(along, along) + (pull / length) * across
+    return force, block
+
+
+@wp.func
+def update_limit(sheet: Sheet, now: Iterate, step: StepNumbers, e: int):
+    """Dual step of the strain limit: lambda += share k C, k += growth |C| while it pulls."""
+    ends = sheet.edge[e]
+    length = wp.length(now.x[ends[0]] - now.x[ends[1]])
+    excess = length - step.limit * sheet.edge_length[e] - step.regularization * now.edge_excess[e]
+    pull = wp.max(0.0, now.edge_force[e] + step.edge_share * now.edge_stiffness[e] * excess)
+    now.edge_force[e] = pull
+    if pull > 0.0:
+        grown = now.edge_stiffness[e] + step.edge_growth * wp.abs(excess)
+        now.edge_stiffness[e] = wp.min(step.edge_stiffness_max, grown)

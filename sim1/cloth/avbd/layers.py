@@ -1,0 +1,242 @@
+"""Self-contact: which vertices and triangles, edges and edges are near each other, and the planes that part them."""
+
+import warp as wp
+
+from sim1.cloth.avbd.iterate import Iterate
+from sim1.cloth.avbd.sheet import Sheet
+from sim1.cloth.avbd.touch import Guard, Touches, link, point_of
+
+
+@wp.struct
+class LayerNumbers:
+    """Distances and material of the self-contact."""
+
+    radius: float  # kept between two layers [m]
+    rest_exclusion: float  # pairs nearer than this at rest are neighbours [m]
+    stiffness: float  # [N/m]
+    damping: float  # [N s/m]
+    friction: float
+
+
+@wp.func
+def triangle_weights(p: wp.vec3, a: wp.vec3, b: wp.vec3, c: wp.vec3):
+    """Barycentric weights of the point of triangle abc nearest to p (Ericson 2004, section 5.1.5)."""
+    ab = b - a
+    ac = c - a
+    ap = p - a
+    d1 = wp.dot(ab, ap)
+    d2 = wp.dot(ac, ap)
+    if d1 <= 0.0 and d2 <= 0.0:
+        return wp.vec3(1.0, 0.0, 0.0)
+    bp = p - b
+    d3 = wp.dot(ab, bp)
+    d4 = wp.dot(ac, bp)
+    if d3 >= 0.0 and d4 <= d3:
+        return wp.vec3(0.0, 1.0, 0.0)
+    vc = d1 * d4 - d3 * d2
+    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        t = d1 / wp.max(d1 - d3, 1.0e-20)
+        return wp.vec3(1.0 - t, t, 0.0)
+    cp = p - c
+    d5 = wp.dot(ab, cp)
+    d6 = wp.dot(ac, cp)
+    if d6 >= 0.0 and d5 <= d6:
+        return wp.vec3(0.0, 0.0, 1.0)
+    vb = d5 * d2 - d1 * d6
+    if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        t = d2 / wp.max(d2 - d6, 1.0e-20)
+        return wp.vec3(1.0 - t, 0.0, t)
+    va = d3 * d6 - d5 * d4
+    if va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+        t = (d4 - d3) / wp.max((d4 - d3) + (d5 - d6), 1.0e-20)
+        return wp.vec3(0.0, 1.0 - t, t)
+    scale = 1.0 / wp.max(va + vb + vc, 1.0e-20)
+    return wp.vec3(va * scale, vb * scale, vc * scale)
+
+
+@wp.func
+def segment_weights(p1: wp.vec3, q1: wp.vec3, p2: wp.vec3, q2: wp.vec3):
+    """Shares (s, t) along segments p1-q1 and p2-q2 of their nearest points (Ericson 2004, section 5.1.9)."""
+    d1 = q1 - p1
+    d2 = q2 - p2
+    r = p1 - p2
+    a = wp.max(wp.dot(d1, d1), 1.0e-20)
+    e = wp.max(wp.dot(d2, d2), 1.0e-20)
+    b = wp.dot(d1, d2)
+    c = wp.dot(d1, r)
+    f = wp.dot(d2, r)
+    parting = a * e - b * b
+    s = float(0.0)
+    if parting > 1.0e-7 * a * e:
+        s = wp.clamp((b * f - c * e) / parting, 0.0, 1.0)
+    t = (b * s + f) / e
+    if t < 0.0:
+        t = 0.0
+        s = wp.clamp(-c / a, 0.0, 1.0)
+    elif t > 1.0:
+        t = 1.0
+        s = wp.clamp((b - c) / a, 0.0, 1.0)
+    return wp.vec2(s, t)
+
+
+@wp.func
+def weights_of(vertex: wp.vec4i, first_side: int, x: wp.array(dtype=wp.vec3)):
+    """Signed weights of the nearest points: first side minus second side."""
+    if first_side == 1:
+        w = triangle_weights(x[vertex[0]], x[vertex[1]], x[vertex[2]], x[vertex[3]])
+        return wp.vec4(1.0, -w[0], -w[1], -w[2])
+    st = segment_weights(x[vertex[0]], x[vertex[1]], x[vertex[2]], x[vertex[3]])
+    return wp.vec4(1.0 - st[0], st[0], -(1.0 - st[1]), -st[1])
+
+
+@wp.func
+def refresh_layer(layers: Touches, now: Iterate, sweep: int, record: int):
+    """Nearest points and direction of a pair at the present positions; after the first sweep only of those that are near."""
+    if sweep == 0 or layers.near[record] != 0:
+        vertex = layers.vertex[record]
+        weight = weights_of(vertex, layers.first_side[record], now.x)
+        apart = point_of(vertex, weight, now.x)
+        distance = wp.length(apart)
+        layers.near[record] = wp.where(distance < 2.0 * layers.offset[record], 1, 0)
+        layers.weight[record] = weight
+        if distance > 1.0e-6:
+            layers.normal[record] = apart / distance
+        layers.anchor[record] = point_of(vertex, weight, now.start)
+
+
+@wp.func
+def consider(
+    vertex: wp.vec4i,
+    first_side: int,
+    rest: wp.array(dtype=wp.vec3),
+    now: Iterate,
+    numbers: LayerNumbers,
+    guard: Guard,
+    layers: Touches,
+):
+    """Make a record of a pair that is near now and was not at rest."""
+    weight = weights_of(vertex, first_side, now.start)
+    apart = point_of(vertex, weight, now.start)
+    distance = wp.length(apart)
+    if distance < guard.reach and distance > 1.0e-9:
+        still = point_of(vertex, weights_of(vertex, first_side, rest), rest)
+        if wp.length(still) > numbers.rest_exclusion:
+            record = wp.atomic_add(layers.count, 0, 1)
+            if record < layers.capacity:
+                normal = apart / distance
+                middle = weight[0] * now.start[vertex[0]]
+                if first_side == 2:
+                    middle += weight[1] * now.start[vertex[1]]
+                middle -= 0.5 * apart
+                layers.vertex[record] = vertex
+                layers.weight[record] = weight
+                layers.normal[record] = normal
+                layers.offset[record] = numbers.radius
+                layers.anchor[record] = point_of(vertex, weight, now.start)
+                layers.stiffness[record] = numbers.stiffness
+                layers.damping[record] = numbers.damping
+                layers.friction[record] = numbers.friction
+                layers.shape[record] = -1
+                layers.plane[record] = wp.vec4(normal[0], normal[1], normal[2], wp.dot(normal, middle))
+                layers.first_side[record] = first_side
+                link(layers, record)
+                for slot in range(4):
+                    wp.atomic_min(guard.safe, vertex[slot], guard.share * distance)
+
+
+@wp.kernel(enable_backward=False)
+def decide_search(now: Iterate, guard: Guard, due: wp.array(dtype=wp.int32)):
+    """A new search is due when a move was cut, or would be in this step."""
+    v = wp.tid()
+    if guard.cut[0] > 0 or wp.length(now.target[v] - guard.seen[v]) > guard.share * guard.reach:
+        due[0] = 1
+
+
+@wp.kernel(enable_backward=False)
+def begin_search(
+    now: Iterate,
+    due: wp.array(dtype=wp.int32),
+    guard: Guard,
+    layers: Touches,
+    triangle: wp.array(dtype=wp.vec3i),
+    edge: wp.array(dtype=wp.vec2i),
+    triangle_low: wp.array(dtype=wp.vec3),
+    triangle_high: wp.array(dtype=wp.vec3),
+    edge_low: wp.array(dtype=wp.vec3),
+    edge_high: wp.array(dtype=wp.vec3),
+):
+    """Empty the lists and take the boxes of triangles and edges where a search is due."""
+    i = wp.tid()
+    if due[0] != 0:
+        if i == 0:
+            layers.count[0] = 0
+            guard.cut[0] = 0
+        if i < layers.head.shape[0]:
+            guard.seen[i] = now.start[i]
+            guard.safe[i] = guard.share * guard.reach
+            layers.head[i] = -1
+        if i < triangle.shape[0]:
+            t = triangle[i]
+            a = now.start[t[0]]
+            b = now.start[t[1]]
+            c = now.start[t[2]]
+            triangle_low[i] = wp.min(a, wp.min(b, c))
+            triangle_high[i] = wp.max(a, wp.max(b, c))
+        if i < edge.shape[0]:
+            ends = edge[i]
+            edge_low[i] = wp.min(now.start[ends[0]], now.start[ends[1]])
+            edge_high[i] = wp.max(now.start[ends[0]], now.start[ends[1]])
+
+
+@wp.kernel(enable_backward=False)
+def find_vertex_triangle(
+    due: wp.array(dtype=wp.int32),
+    tree: wp.uint64,
+    world: wp.array(dtype=wp.int32),
+    sheet: Sheet,
+    rest: wp.array(dtype=wp.vec3),
+    now: Iterate,
+    numbers: LayerNumbers,
+    guard: Guard,
+    layers: Touches,
+):
+    """Triangles near a vertex that do not hold it."""
+    v = wp.tid()
+    if due[0] != 0:
+        around = wp.vec3(guard.reach)
+        root = wp.bvh_get_group_root(tree, world[v])
+        query = wp.bvh_query_aabb(tree, now.start[v] - around, now.start[v] + around, root)
+        t = wp.int32(0)
+        while wp.bvh_query_next(query, t):
+            tri = sheet.triangle[t]
+            if tri[0] != v and tri[1] != v and tri[2] != v:
+                consider(wp.vec4i(v, tri[0], tri[1], tri[2]), 1, rest, now, numbers, guard, layers)
+
+
+@wp.kernel(enable_backward=False)
+def find_edge_edge(
+    due: wp.array(dtype=wp.int32),
+    tree: wp.uint64,
+    world: wp.array(dtype=wp.int32),
+    sheet: Sheet,
+    rest: wp.array(dtype=wp.vec3),
+    now: Iterate,
+    numbers: LayerNumbers,
+    guard: Guard,
+    layers: Touches,
+):
+    """Edges near an edge that share no end with it, each pair once."""
+    e = wp.tid()
+    if due[0] != 0:
+        ends = sheet.edge[e]
+        around = wp.vec3(guard.reach)
+        a = now.start[ends[0]]
+        b = now.start[ends[1]]
+        root = wp.bvh_get_group_root(tree, world[ends[0]])
+        query = wp.bvh_query_aabb(tree, wp.min(a, b) - around, wp.max(a, b) + around, root)
+        o = wp.int32(0)
+        while wp.bvh_query_next(query, o):
+            if o > e:
+                other = sheet.edge[o]
+                if other[0] != ends[0] and other[0] != ends[1] and other[1] != ends[0] and other[1] != ends[1]:
+                    consider(wp.vec4i(ends[0], ends[1], other[0], other[1]), 2, rest, now, numbers, guard, layers)

@@ -1,0 +1,59 @@
+"""Numbers of the solver, and the paper's table of them."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+
+@dataclass(frozen=True, kw_only=True)
+class SelfContact:
+    """How the cloth keeps off itself; defaults from the paper's table, appendix A."""
+
+    radius_m: float = 0.002  # kept between two layers
+    search_m: float = 0.008  # looked at around every vertex and edge; bounds the way between two searches
+    rest_exclusion_m: float = 0.0  # pairs nearer than this at rest are neighbours, not contacts
+    stiffness_n_m: float = 5.0e2
+    damping_n_s_m: float = 5.0e-3  # of approach
+    friction: float = 0.25
+    share: float = 0.42  # beta: of the room to a neighbour that a vertex may use
+    capacity_per_vertex: int = 24  # records; more pairs than that stop the simulation with an error
+
+
+@dataclass(frozen=True, kw_only=True)
+class AVBDConfig:
+    """Defaults are the paper's preset, appendix A, except where a comment says why not.
+
+    The paper gives one beta in two places: `strain_growth_n_m2` ramps the penalty of the strain limit, 0.42 bounds the way of a
+    vertex (`SelfContact.share`).
+    """
+
+    iterations: int = 10  # per step
+    integrator: Literal["implicit_euler", "bdf2"] = "implicit_euler"
+    max_strain: float = 0.05  # xi; infinity: no limit
+    compression_share: float = 1.0  # of compressive strain that makes stress; below 1: finer wrinkles than the mesh has
+    strain_stiffness_n_m: float = 1.0e4  # of the penalty at first
+    strain_stiffness_max_n_m: float = 1.0e6
+    strain_growth_n_m2: float = 1.0e3  # per metre of violation
+    strain_dual_share: float = 0.1  # paper: 1, which explodes: one sweep is far from the minimum that the step assumes
+    strain_force_decay: float = 0.94  # between steps
+    strain_stiffness_decay: float = 0.95
+    regularization: float = 0.0  # alpha, share of a violation at the start of a step that the step leaves; paper: 0.99
+    friction_speed_m_s: float = 1.0e-2  # slip below this is regularised
+    warm_acceleration_g: float = 1.0  # the first guess takes the last acceleration along up to this many times gravity
+    over_relaxation: float = 1.0  # of a vertex step
+    self_contact: SelfContact | None = None
+    fused: bool | None = None  # one launch per step; None: on a CPU
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be meant."""
+        low: dict[str, tuple[float, bool]] = {
+            "iterations": (1, True),
+            "max_strain": (0.0, True),
+            "strain_stiffness_n_m": (0.0, False),
+            "friction_speed_m_s": (0.0, False),
+            "over_relaxation": (0.0, False),
+        }
+        for name, (bound, allowed) in low.items():
+            value: Any = getattr(self, name)
+            if math.isnan(value) or value < bound or (value == bound and not allowed):
+                raise ValueError(f"{name} must be {'at least' if allowed else 'above'} {bound} (got {value})")

@@ -1,0 +1,82 @@
+"""Contact of the cloth with newton's shapes: records from the collision pipeline's soft contacts, and what pushes back."""
+
+import warp as wp
+
+from sim1.cloth.avbd.iterate import Iterate, StepNumbers
+from sim1.cloth.avbd.touch import Touches, link, point_of, push
+
+
+@wp.kernel(enable_backward=False)
+def collect_solids(
+    contact_count: wp.array(dtype=wp.int32),
+    corners: wp.array(dtype=wp.vec3i),
+    share: wp.array(dtype=wp.vec3),
+    shape: wp.array(dtype=wp.int32),
+    place: wp.array(dtype=wp.vec3),
+    drift: wp.array(dtype=wp.vec3),
+    normal: wp.array(dtype=wp.vec3),
+    shape_body: wp.array(dtype=wp.int32),
+    shape_margin: wp.array(dtype=float),
+    stiffness: wp.array(dtype=float),
+    damping: wp.array(dtype=float),
+    friction: wp.array(dtype=float),
+    radius: wp.array(dtype=float),
+    body_then: wp.array(dtype=wp.transform),
+    body_now: wp.array(dtype=wp.transform),
+    dt: float,
+    now: Iterate,
+    solids: Touches,
+):
+    """Material is the shape's own: its values are of the pair with cloth, as in the paper's table, not mixed again."""
+    c = wp.tid()
+    if c < wp.min(contact_count[0], solids.capacity):
+        s = shape[c]
+        body = shape_body[s]
+        before = wp.transform_identity()
+        after = wp.transform_identity()
+        if body >= 0:
+            before = body_then[body]
+            after = body_now[body]
+        point = wp.transform_point(after, place[c])
+        carried = point - wp.transform_point(before, place[c]) + dt * wp.transform_vector(after, drift[c])
+        corner = corners[c]
+        vertex = wp.vec4i(corner[0], corner[1], corner[2], -1)
+        weight = wp.vec4(share[c][0], share[c][1], share[c][2], 0.0)
+        thick = radius[corner[0]]
+        if corner[1] >= 0:
+            thick = wp.max(thick, radius[corner[1]])
+        if corner[2] >= 0:
+            thick = wp.max(thick, radius[corner[2]])
+        solids.vertex[c] = vertex
+        solids.weight[c] = weight
+        solids.normal[c] = normal[c]
+        solids.offset[c] = wp.dot(normal[c], point) + thick + shape_margin[s]
+        solids.anchor[c] = point_of(vertex, weight, now.start) + carried
+        solids.stiffness[c] = stiffness[s]
+        solids.damping[c] = damping[s]
+        solids.friction[c] = friction[s]
+        solids.shape[c] = s
+        solids.near[c] = 1
+        link(solids, c)
+
+
+@wp.kernel(enable_backward=False)
+def push_back(
+    now: Iterate,
+    step: StepNumbers,
+    solids: Touches,
+    contact_count: wp.array(dtype=wp.int32),
+    shape_body: wp.array(dtype=wp.int32),
+    body_q: wp.array(dtype=wp.transform),
+    body_com: wp.array(dtype=wp.vec3),
+    wrench: wp.array(dtype=wp.spatial_vector),
+):
+    """What the cloth does to the bodies: force [N] and torque about the centre of mass [N m], world frame."""
+    c = wp.tid()
+    if c < wp.min(contact_count[0], solids.capacity):
+        body = shape_body[solids.shape[c]]
+        if body >= 0:
+            force, _block = push(solids, now, step, c)
+            point = point_of(solids.vertex[c], solids.weight[c], now.x)
+            centre = wp.transform_point(body_q[body], body_com[body])
+            wp.atomic_add(wrench, body, wp.spatial_vector(-force, wp.cross(point - centre, -force)))
