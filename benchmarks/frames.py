@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.timing import against
+from sim1.cloth.config import CellConfig
 from sim1.cloth.garment import grid_towel
 from sim1.cloth.physics import nominal_from_priors
-from sim1.cloth.config import CellConfig
 from sim1.cloth.world import ClothWorld
 
 FRAMES = 10

@@ -6,9 +6,9 @@ push the arms back (position-controlled arms, cloth of some grams).
 
 import numpy as np
 
+from sim1.cloth.config import FRAME_S, CellConfig
 from sim1.cloth.garment import GarmentMesh
 from sim1.cloth.physics import ClothPhysics
-from sim1.cloth.config import FRAME_S, CellConfig
 from sim1.cloth.world import ClothWorld, SimulationBroke
 from sim1.episode import ARMS
 from sim1.robot.gripper import travel_from_openness

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from sim1.cloth.config import FRAME_S, GRAVITY_M_S2, CellConfig, top_speed_m_s
 from sim1.cloth.garment import checked_mesh, grid_towel
 from sim1.cloth.model import build_model
 from sim1.cloth.physics import ClothPhysics, Friction, Property
-from sim1.cloth.config import FRAME_S, GRAVITY_M_S2, CellConfig, top_speed_m_s
 from sim1.cloth.world import ClothWorld, SimulationBroke, body_path
 from sim1.stage import BadInput
 

@@ -7,7 +7,7 @@ positions and velocities then follow x = (4 x1 - x2) / 3 + (2 dt / 3) v and v = 
 import warp as wp
 
 from sim1.cloth.avbd.elastic import bend, frame, green_strain
-from sim1.cloth.avbd.iterate import Iterate, StepNumbers
+from sim1.cloth.avbd.iterate import Iterate
 from sim1.cloth.avbd.sheet import Sheet
 from sim1.cloth.avbd.touch import Guard, Touches, hold_apart
 

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import newton
 import numpy as np
 import warp as wp
 from newton.solvers import SolverBase
