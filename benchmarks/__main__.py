@@ -1,4 +1,7 @@
-"""Timings as ratios within one run: `make bench`. Writes `benchmarks/results.json`; seconds depend on the machine, ratios less."""
+"""Timings as ratios within one run: `make bench`. Writes `benchmarks/results.json`; seconds depend on the machine, ratios less.
+
+The cloth solver beside others takes most of the time and writes files of its own: `benchmarks/solver/`.
+"""
 
 import json
 from pathlib import Path
@@ -7,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks import frames, lineage, remeshing
+from benchmarks.solver.__main__ import main as compare_solvers
 
 BENCHMARKS = (lineage.compare, remeshing.compare, frames.compare)
 
@@ -27,6 +31,7 @@ def main() -> None:
     out = Path(__file__).parent / "results.json"
     out.write_text(json.dumps({"schema": "sim1.benchmarks/1", "results": results}, indent=1) + "\n")
     console.print(f"written to {out.relative_to(Path.cwd())}")
+    compare_solvers()
 
 
 if __name__ == "__main__":

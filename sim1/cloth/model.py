@@ -113,6 +113,7 @@ def contacts_of(model: Any, config: CellConfig) -> tuple[Any, Any]:
 def solver_of(model: Any, garment: GarmentMesh, physics: ClothPhysics, config: CellConfig) -> Any:
     """The cloth solver of the cell: bodies are moved from outside and act on the cloth, not the reverse."""
     from sim1.cloth.avbd import AVBDConfig, SelfContact, SolverAVBD
+    from sim1.cloth.effects import effects_of
 
     layers = None
     if config.self_contact:
@@ -136,4 +137,5 @@ def solver_of(model: Any, garment: GarmentMesh, physics: ClothPhysics, config: C
             friction_speed_m_s=config.friction_speed_m_s,
             self_contact=layers,
         ),
+        effects=effects_of(physics.effects),
     )

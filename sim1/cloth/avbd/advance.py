@@ -4,14 +4,14 @@ A rate is written as `rate * value - past`. Implicit Euler: (value - last) / dt.
 positions and velocities then follow x = (4 x1 - x2) / 3 + (2 dt / 3) v and v = (4 v1 - v2) / 3 + (2 dt / 3) a.
 """
 
+import newton
 import warp as wp
 
 from sim1.cloth.avbd.elastic import bend, frame, green_strain
 from sim1.cloth.avbd.iterate import Iterate
 from sim1.cloth.avbd.sheet import Sheet
-from sim1.cloth.avbd.touch import Guard, Touches, hold_apart
 
-ACTIVE = wp.constant(wp.int32(1))  # newton.ParticleFlags.ACTIVE
+ACTIVE = wp.constant(wp.int32(int(newton.ParticleFlags.ACTIVE)))
 
 
 @wp.kernel(enable_backward=False)
@@ -36,6 +36,9 @@ def begin_step(
         now.before_speed[v] = speed[v]
     now.start[v] = at
     now.x[v] = at
+    now.expected[v] = speed[v]
+    if second_order != 0:
+        now.expected[v] = 2.0 * speed[v] - now.before_speed[v]
     now.force[v] = wp.vec3(0.0)
     now.slope[v] = wp.mat33(0.0)
     movable = wp.int32(0)
@@ -59,31 +62,29 @@ def begin_step(
 def guess(
     sheet: Sheet,
     now: Iterate,
-    layers: Touches,
-    guard: Guard,
+    free: int,
     dt: float,
     keep: float,
     speed: wp.array(dtype=wp.vec3),
     gravity: wp.array(dtype=wp.vec3),
     world: wp.array(dtype=wp.int32),
 ):
-    """Start from the last velocity and the last acceleration, as far as it is not a blow.
+    """Wish to start from the last velocity and as much of gravity as acted in the last step (VBD, Chen et al. 2024).
 
-    Few sweeps carry a load that acts everywhere (gravity, friction of a table) badly through stiff cloth; what is missing shows
-    as acceleration, and taking it along adds it up from step to step. VBD (Chen et al. 2024) takes along gravity alone.
+    `free`: nothing is in the way, the wish is fulfilled at once.
     """
     v = wp.tid()
+    at = now.start[v]
     if sheet.movable[v] != 0:
-        change = wp.vec3(0.0)
         down = gravity[wp.max(world[v], 0)]
         strength = wp.dot(down, down)
+        felt = float(0.0)
         if strength > 0.0:
-            change = wp.clamp(wp.dot(speed[v] - now.before_speed[v], down) / strength, 0.0, dt * keep) * down
-        at = now.start[v]
-        wanted = at + dt * (speed[v] + change)
-        if guard.reach > 0.0:
-            wanted = hold_apart(layers, guard, v, wanted)
-        now.x[v] = wanted
+            felt = wp.clamp(wp.dot(speed[v] - now.before_speed[v], down) / strength, 0.0, dt * keep)
+        at = at + dt * (speed[v] + felt * down)
+    now.wish[v] = at
+    if free != 0:
+        now.x[v] = at
 
 
 @wp.kernel(enable_backward=False)

@@ -53,18 +53,11 @@ def slackened(strain: wp.vec3, share: float):
 
 
 @wp.func
-def membrane(sheet: Sheet, now: Iterate, step: StepNumbers, t: int, corner: int):
-    """Force [N] and Hessian block [N/m] of triangle `t` on its corner: S = C G + 4 kd dG/dt, f = -A F S b."""
+def membrane(sheet: Sheet, now: Iterate, step: StepNumbers, t: int, slope: wp.vec2):
+    """Force [N] and Hessian block [N/m] of triangle `t` on what moves F's columns by `slope`: S = C G + 4 kd dG/dt, f = -A F S b."""
     f1, f2 = frame(sheet, now.x, t)
-    pose = sheet.triangle_pose[t]
-    b1 = pose[0, 0]
-    b2 = pose[0, 1]
-    if corner == 0:
-        b1 = -(pose[0, 0] + pose[1, 0])
-        b2 = -(pose[0, 1] + pose[1, 1])
-    elif corner == 2:
-        b1 = pose[1, 0]
-        b2 = pose[1, 1]
+    b1 = slope[0]
+    b2 = slope[1]
     strain = green_strain(f1, f2)
     law = sheet.triangle_law[t]
     stress = law * strain
@@ -132,9 +125,19 @@ def refresh_hinge(sheet: Sheet, now: Iterate, h: int):
 
 
 @wp.func
-def hinge(sheet: Sheet, now: Iterate, step: StepNumbers, h: int, corner: int):
-    """Force [N] and Gauss-Newton block [N/m] of hinge `h` on its corner: k (angle - rest) + c d(angle)/dt."""
-    slope = now.hinge_slope[h, corner]
+def hinge_slope(now: Iterate, h: int, corners: int):
+    """Change of a hinge's angle when the corners of these bits move together [rad/m]."""
+    slope = wp.vec3(0.0)
+    for corner in range(4):
+        if (corners >> corner) & 1 != 0:
+            slope += now.hinge_slope[h, corner]
+    return slope
+
+
+@wp.func
+def hinge(sheet: Sheet, now: Iterate, step: StepNumbers, h: int, corners: int):
+    """Force [N] and Gauss-Newton block [N/m] of hinge `h` on the corners of these bits: k (angle - rest) + c d(angle)/dt."""
+    slope = hinge_slope(now, h, corners)
     angle = now.hinge_now[h]
     moment = sheet.hinge_stiffness[h] * (angle - sheet.hinge_angle[h])
     stiffness = sheet.hinge_stiffness[h]

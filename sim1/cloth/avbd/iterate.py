@@ -12,6 +12,8 @@ class Iterate:
     start: wp.array(dtype=wp.vec3)  # (v,) at the beginning of the step [m]
     before: wp.array(dtype=wp.vec3)  # (v,) one step earlier [m]
     before_speed: wp.array(dtype=wp.vec3)  # (v,) one step earlier [m/s]
+    expected: wp.array(dtype=wp.vec3)  # (v,) velocity that the step is expected to end with [m/s]
+    wish: wp.array(dtype=wp.vec3)  # (v,) where the sweeps should start [m]
     triangle_past: wp.array(dtype=wp.vec3)  # (t,) rate of strain = rate * G - past, Voigt [1/s]
     hinge_now: wp.array(dtype=float)  # (h,) angle, kept up to date as vertices move [rad]
     hinge_past: wp.array(dtype=float)  # (h,) rate of angle = rate * angle - past [rad/s]
@@ -19,8 +21,8 @@ class Iterate:
     edge_force: wp.array(dtype=float)  # (e,) multiplier [N]
     edge_stiffness: wp.array(dtype=float)  # (e,) penalty [N/m]
     edge_excess: wp.array(dtype=float)  # (e,) violation at the beginning of the step [m]
-    force: wp.array(dtype=wp.vec3)  # (v,) of effects, at `start` [N]
-    slope: wp.array(dtype=wp.mat33)  # (v,) minus its derivative, positive semi-definite [N/m]
+    force: wp.array(dtype=wp.vec3)  # (v,) of effects, if the vertex stayed at `start` [N]
+    slope: wp.array(dtype=wp.mat33)  # (v,) minus its derivative over the position, positive semi-definite [N/m]
     broken: wp.array(dtype=wp.int32)  # (3,) vertex + 1, term, step of the first value that is not finite
 
 
@@ -38,4 +40,3 @@ class StepNumbers:
     edge_share: float  # of a multiplier's step that is taken
     regularization: float
     friction_speed: float  # [m/s]
-    over_relaxation: float

@@ -6,6 +6,8 @@ from sim1.cloth.avbd.iterate import Iterate
 from sim1.cloth.avbd.sheet import Sheet
 from sim1.cloth.avbd.touch import Guard, Touches, link, point_of
 
+LEAST = wp.constant(0.1)  # of the distance found by a search that always stays
+
 
 @wp.struct
 class LayerNumbers:
@@ -97,7 +99,10 @@ def refresh_layer(layers: Touches, now: Iterate, sweep: int, record: int):
         weight = weights_of(vertex, layers.first_side[record], now.x)
         apart = point_of(vertex, weight, now.x)
         distance = wp.length(apart)
-        layers.near[record] = wp.where(distance < 2.0 * layers.offset[record], 1, 0)
+        if sweep == 0:
+            layers.near[record] = wp.where(distance < 2.0 * layers.offset[record], 1, 0)
+            if layers.near[record] != 0:
+                link(vertex, record, layers.head, layers.after)
         layers.weight[record] = weight
         if distance > 1.0e-6:
             layers.normal[record] = apart / distance
@@ -124,10 +129,6 @@ def consider(
             record = wp.atomic_add(layers.count, 0, 1)
             if record < layers.capacity:
                 normal = apart / distance
-                middle = weight[0] * now.start[vertex[0]]
-                if first_side == 2:
-                    middle += weight[1] * now.start[vertex[1]]
-                middle -= 0.5 * apart
                 layers.vertex[record] = vertex
                 layers.weight[record] = weight
                 layers.normal[record] = normal
@@ -137,11 +138,13 @@ def consider(
                 layers.damping[record] = numbers.damping
                 layers.friction[record] = numbers.friction
                 layers.shape[record] = -1
-                layers.plane[record] = wp.vec4(normal[0], normal[1], normal[2], wp.dot(normal, middle))
                 layers.first_side[record] = first_side
-                link(layers, record)
+                layers.near[record] = 1
+                layers.parting[record] = normal
+                layers.least[record] = LEAST * distance
                 for slot in range(4):
-                    wp.atomic_min(guard.safe, vertex[slot], guard.share * distance)
+                    wp.atomic_min(guard.room, vertex[slot], 0.5 * (1.0 - LEAST) * distance)
+                link(vertex, record, layers.wide_head, layers.wide_after)
 
 
 @wp.kernel(enable_backward=False)
@@ -173,8 +176,8 @@ def begin_search(
             guard.cut[0] = 0
         if i < layers.head.shape[0]:
             guard.seen[i] = now.start[i]
-            guard.safe[i] = guard.share * guard.reach
-            layers.head[i] = -1
+            guard.room[i] = guard.share * guard.reach
+            layers.wide_head[i] = -1
         if i < triangle.shape[0]:
             t = triangle[i]
             a = now.start[t[0]]

@@ -40,7 +40,7 @@ class AVBDConfig:
     regularization: float = 0.0  # alpha, share of a violation at the start of a step that the step leaves; paper: 0.99
     friction_speed_m_s: float = 1.0e-2  # slip below this is regularised
     warm_acceleration_g: float = 1.0  # the first guess takes the last acceleration along up to this many times gravity
-    over_relaxation: float = 1.0  # of a vertex step
+    nested_blocks: bool = True  # sweep over patches too, see `blocks.py`; paper: over vertices alone
     self_contact: SelfContact | None = None
     fused: bool | None = None  # one launch per step; None: on a CPU
 
@@ -51,7 +51,6 @@ class AVBDConfig:
             "max_strain": (0.0, True),
             "strain_stiffness_n_m": (0.0, False),
             "friction_speed_m_s": (0.0, False),
-            "over_relaxation": (0.0, False),
         }
         for name, (bound, allowed) in low.items():
             value: Any = getattr(self, name)

@@ -1,4 +1,4 @@
-"""What a cloth is made of, as flat arrays: triangles, hinges, limited edges, and which of them meet at each vertex."""
+"""What a cloth is made of, as flat arrays: triangles, hinges, limited edges."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ import warp as wp
 
 @wp.struct
 class Sheet:
-    """The cloth's structure; nothing in it changes during a step. Lists of a vertex stand behind one another (CSR)."""
+    """The cloth's structure; nothing in it changes during a step."""
 
     mass: wp.array(dtype=float)  # [kg], (v,)
     movable: wp.array(dtype=wp.int32)  # (v,), 0: held
@@ -24,12 +24,6 @@ class Sheet:
     hinge_damping: wp.array(dtype=float)  # (h,) moment over angular speed [N m s]
     edge: wp.array(dtype=wp.vec2i)  # (e,) ends of the edges under the strain limit
     edge_length: wp.array(dtype=float)  # (e,) at rest [m]
-    triangles_from: wp.array(dtype=wp.int32)  # (v + 1,)
-    triangles_of: wp.array(dtype=wp.vec2i)  # triangle, corner
-    hinges_from: wp.array(dtype=wp.int32)  # (v + 1,)
-    hinges_of: wp.array(dtype=wp.vec2i)  # hinge, corner
-    edges_from: wp.array(dtype=wp.int32)  # (v + 1,)
-    edges_of: wp.array(dtype=wp.vec2i)  # edge, vertex at its other end
 
 
 def sheet_of(model: Any, slack: float) -> Sheet:
@@ -45,7 +39,6 @@ def sheet_of(model: Any, slack: float) -> Sheet:
             )
     if not model.tri_count:
         raise ValueError("the model has no triangles; add cloth with ModelBuilder.add_cloth_mesh or add_cloth_grid")
-    vertex_count = model.particle_count
     triangles = model.tri_indices.numpy().reshape(-1, 3).astype(np.int32)
     edges = model.edge_indices.numpy().reshape(-1, 4).astype(np.int32)
     inner = (edges[:, 0] >= 0) & (edges[:, 1] >= 0)
@@ -59,11 +52,11 @@ def sheet_of(model: Any, slack: float) -> Sheet:
     def put(values: np.ndarray, dtype: Any) -> wp.array:
         return wp.array(np.ascontiguousarray(values), dtype=dtype, device=device)
 
-    sheet.mass = wp.clone(model.particle_mass)
-    sheet.movable = wp.zeros(vertex_count, dtype=wp.int32, device=device)
+    sheet.mass = model.particle_mass
+    sheet.movable = wp.zeros(model.particle_count, dtype=wp.int32, device=device)
     sheet.triangle = put(triangles, wp.vec3i)
-    sheet.triangle_pose = wp.clone(model.tri_poses)
-    sheet.triangle_area = wp.clone(model.tri_areas)
+    sheet.triangle_pose = model.tri_poses
+    sheet.triangle_area = model.tri_areas
     sheet.triangle_law = put(isotropic_law(materials[:, 0], materials[:, 1]), wp.mat33)
     sheet.triangle_viscosity = put(materials[:, 2].astype(np.float32), float)
     sheet.slack = slack
@@ -73,13 +66,6 @@ def sheet_of(model: Any, slack: float) -> Sheet:
     sheet.hinge_damping = put(bending[:, 1] * length[inner], float)
     sheet.edge = put(edges[:, 2:], wp.vec2i)
     sheet.edge_length = put(length, float)
-    for name, corners in (("triangles", triangles), ("hinges", edges[inner])):
-        start, items = incidence(corners, vertex_count)
-        setattr(sheet, f"{name}_from", put(start, wp.int32))
-        setattr(sheet, f"{name}_of", put(items, wp.vec2i))
-    start, items = incidence(edges[:, 2:], vertex_count)
-    items[:, 1] = edges[items[:, 0], 3 - items[:, 1]]
-    sheet.edges_from, sheet.edges_of = put(start, wp.int32), put(items, wp.vec2i)
     return sheet
 
 
@@ -90,11 +76,3 @@ def isotropic_law(mu_n_m: np.ndarray, lambda_n_m: np.ndarray) -> np.ndarray:
     law[:, 0, 1] = law[:, 1, 0] = lambda_n_m
     law[:, 2, 2] = mu_n_m
     return law
-
-
-def incidence(corners: np.ndarray, vertex_count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Elements (n, k) by vertex: starts (v + 1,) and items (n k, 2) of element and corner, in the order of the elements."""
-    order = np.argsort(corners.reshape(-1), kind="stable")
-    count = np.bincount(corners.reshape(-1), minlength=vertex_count)
-    items = np.stack([order // corners.shape[1], order % corners.shape[1]], axis=1).astype(np.int32)
-    return np.concatenate([[0], np.cumsum(count)]).astype(np.int32), items

@@ -1,9 +1,12 @@
 """Contact of the cloth with newton's shapes: records from the collision pipeline's soft contacts, and what pushes back."""
 
+import newton
 import warp as wp
 
 from sim1.cloth.avbd.iterate import Iterate, StepNumbers
 from sim1.cloth.avbd.touch import Touches, link, point_of, push
+
+KINEMATIC = wp.constant(wp.int32(int(newton.BodyFlags.KINEMATIC)))
 
 
 @wp.kernel(enable_backward=False)
@@ -56,8 +59,7 @@ def collect_solids(
         solids.damping[c] = damping[s]
         solids.friction[c] = friction[s]
         solids.shape[c] = s
-        solids.near[c] = 1
-        link(solids, c)
+        link(vertex, c, solids.head, solids.after)
 
 
 @wp.kernel(enable_backward=False)
@@ -76,7 +78,34 @@ def push_back(
     if c < wp.min(contact_count[0], solids.capacity):
         body = shape_body[solids.shape[c]]
         if body >= 0:
-            force, _block = push(solids, now, step, c)
+            force, _block = push(solids, now, step, c, wp.vec3(0.0))
             point = point_of(solids.vertex[c], solids.weight[c], now.x)
             centre = wp.transform_point(body_q[body], body_com[body])
             wp.atomic_add(wrench, body, wp.spatial_vector(-force, wp.cross(point - centre, -force)))
+
+
+@wp.kernel(enable_backward=False)
+def load_bodies(
+    given: wp.array(dtype=wp.spatial_vector),
+    cloth: wp.array(dtype=wp.spatial_vector),
+    load: wp.array(dtype=wp.spatial_vector),
+):
+    """Forces on bodies: those of the state and the cloth's of the last step."""
+    body = wp.tid()
+    load[body] = given[body] + cloth[body]
+
+
+@wp.kernel(enable_backward=False)
+def take_dynamic(
+    inverse_mass: wp.array(dtype=float),
+    flags: wp.array(dtype=wp.int32),
+    pose: wp.array(dtype=wp.transform),
+    speed: wp.array(dtype=wp.spatial_vector),
+    pose_out: wp.array(dtype=wp.transform),
+    speed_out: wp.array(dtype=wp.spatial_vector),
+):
+    """Poses of the bodies that move by themselves; kinematic ones stay where the caller has put them."""
+    body = wp.tid()
+    if inverse_mass[body] > 0.0 and (flags[body] & KINEMATIC) == 0:
+        pose_out[body] = pose[body]
+        speed_out[body] = speed[body]

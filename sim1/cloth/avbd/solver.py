@@ -1,268 +1,226 @@
 """`SolverAVBD`: cloth by augmented vertex block descent, as a newton solver."""
 
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import warp as wp
 from newton.solvers import SolverBase
 
-from sim1.cloth.avbd import advance, layers, solids, sweep
-from sim1.cloth.avbd.iterate import Iterate, StepNumbers
+from sim1.cloth.avbd import advance, solids, sweep
+from sim1.cloth.avbd.blocks import blocks_of
+from sim1.cloth.avbd.buffers import new_guard, new_iterate, new_touches
+from sim1.cloth.avbd.iterate import StepNumbers
 from sim1.cloth.avbd.parameters import AVBDConfig
+from sim1.cloth.avbd.search import LayerSearch
 from sim1.cloth.avbd.sheet import sheet_of
-from sim1.cloth.avbd.touch import Guard, Touches
+
+if TYPE_CHECKING:
+    from sim1.cloth.effects import Effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class Broken:
+    """The first value that was not a number."""
+
+    vertex: int
+    term: str  # inertia, effects, membrane, bending, strain limit, solid contact, self-contact; "their sum"
+    step: int  # counted by the solver since it was made, or by the replays of a captured graph
 
 
 class SolverAVBD(SolverBase):
-    """Steps the cloth of a newton model; bodies move from `state_in` to `state_out` as the caller has set them."""
+    """Augmented vertex block descent for the triangles of a newton model.
 
-    def __init__(self, model: Any, config: AVBDConfig | None = None) -> None:
+    SIM1, appendix A, after AVBD (Giles et al. 2025) and VBD (Chen et al. 2024). On a CPU one launch sweeps the whole cloth; on
+    a GPU the vertices of a colour move at once (call `ModelBuilder.color()`).
+
+    The cloth touches every shape that a `newton.CollisionPipeline` finds. A shape's `ke`, `kd` and `mu` are those of the pair of
+    shape and cloth, they are not mixed with another material. Bodies are where `state_in` and `state_out` have them; with
+    `moves_bodies` those that are free and dynamic are moved by the solver, with the push of the cloth in the step before.
+
+    Args:
+        model: finalized newton model with triangles, without springs and tetrahedra.
+        config: numbers; the default is the paper's preset.
+        effects: physics beyond the plain model, acting in every step.
+        moves_bodies: integrate dynamic bodies too.
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        config: AVBDConfig | None = None,
+        *,
+        effects: "tuple[Effect, ...]" = (),
+        moves_bodies: bool = False,
+    ) -> None:
         super().__init__(model)
-        self.config = config or AVBDConfig()
-        self.sheet = sheet_of(model, self.config.compression_share)
+        self.config, self.effects, self.moves_bodies = config or AVBDConfig(), effects, moves_bodies
         self.fused = model.device.is_cpu if self.config.fused is None else self.config.fused
-        self.step_count = 0
+        if not self.fused and not len(model.particle_color_groups):
+            raise ValueError("the model's vertices have no colours; call ModelBuilder.color() before finalize()")
+        self._second_order = int(self.config.integrator == "bdf2")
+        self._step = 0
         with wp.ScopedDevice(model.device):
-            self.now = _iterate(model, self.sheet, self.config)
-            self._second_order = int(self.config.integrator == "bdf2")
-            self._world = wp.clone(model.particle_world)
-            self._solids = _touches(model.particle_count, 0)
-            capacity = 0
-            if self.config.self_contact is not None:
-                capacity = self.config.self_contact.capacity_per_vertex * model.particle_count
-            self._layers = _touches(model.particle_count, capacity)
-            self._guard = _guard(model, self.config)
-            self._due = wp.ones(1, dtype=wp.int32)
-            self._rest = wp.clone(model.particle_q)
+            self._read_model()
+            self.now = new_iterate(model.particle_count, self.sheet, self.config)
+            self._solids = new_touches(model.particle_count, 0)
+            layers = self.config.self_contact
+            self._layers = new_touches(
+                model.particle_count, layers.capacity_per_vertex * model.particle_count if layers else 0
+            )
+            self._guard = new_guard(model, self.config)
+            self._search = LayerSearch(model, self.sheet, layers) if layers else None
+            self._blocks, coarse = blocks_of(self.sheet, model.particle_count, nested=self.config.nested_blocks)
+            self._colours = [*model.particle_color_groups, *(wp.array(ids, dtype=wp.int32) for ids in coarse)]
             self._wrench = wp.zeros(max(model.body_count, 1), dtype=wp.spatial_vector)
-            if capacity:
-                self._trees()
+            self._scratch = model.state() if moves_bodies else None
 
-    def _trees(self) -> None:
-        sheet, model = self.sheet, self.model
-        for name, corners in (("triangle", sheet.triangle), ("edge", sheet.edge)):
-            low = wp.zeros(len(corners), dtype=wp.vec3)
-            high = wp.zeros(len(corners), dtype=wp.vec3)
-            first = corners.numpy()[:, 0]
-            groups = np.maximum(model.particle_world.numpy(), 0)[first].astype(np.int32)
-            points = model.particle_q.numpy()[corners.numpy()]
-            low.assign(points.min(axis=1))
-            high.assign(points.max(axis=1))
-            setattr(self, f"_{name}_low", low)
-            setattr(self, f"_{name}_high", high)
-            setattr(self, f"_{name}_tree", wp.Bvh(low, high, groups=wp.array(groups, dtype=wp.int32)))
-        self._group = wp.array(np.maximum(model.particle_world.numpy(), 0), dtype=wp.int32)
+    def notify_model_changed(self, flags: Any) -> None:
+        """Read materials and masses of the model anew; not within a captured graph."""
+        with wp.ScopedDevice(self.model.device):
+            self._read_model()
 
     def step(self, state_in: Any, state_out: Any, control: Any, contacts: Any, dt: float) -> None:
-        """Advance `state_in` to `state_out` by `dt` [s]."""
+        """Advance `state_in` to `state_out` by `dt` [s]; `contacts` of the collision pipeline or None. Can be captured."""
         model, sheet, now, config = self.model, self.sheet, self.now, self.config
         numbers = self._numbers(dt)
-        count = model.particle_count
+        given = [state_in.particle_q, state_in.particle_qd, state_in.particle_f]
+        world = [model.particle_inv_mass, model.particle_flags, model.gravity, model.particle_world]
         with wp.ScopedDevice(model.device):
+            if self.moves_bodies:
+                self._move_bodies(state_in, state_out, dt)
             wp.launch(
                 advance.begin_step,
-                dim=count,
-                inputs=[
-                    sheet,
-                    now,
-                    self._second_order,
-                    dt,
-                    state_in.particle_q,
-                    state_in.particle_qd,
-                    state_in.particle_f,
-                    model.particle_inv_mass,
-                    model.particle_flags,
-                    model.gravity,
-                    self._world,
-                ],
+                dim=model.particle_count,
+                inputs=[sheet, now, self._second_order, dt, *given, *world],
             )
-            if config.self_contact is not None:
-                self._search()
+            if self._search is not None:
+                self._search.run(now, self._guard, self._layers)
             self._collect(contacts, state_in, state_out, dt)
-            elements = max(len(sheet.triangle), len(sheet.hinge), len(sheet.edge))
+            decays = [config.strain_stiffness_n_m, config.strain_force_decay, config.strain_stiffness_decay]
             wp.launch(
                 advance.begin_elements,
-                dim=elements,
-                inputs=[
-                    sheet,
-                    now,
-                    self._second_order,
-                    dt,
-                    numbers.limit,
-                    config.strain_stiffness_n_m,
-                    config.strain_force_decay,
-                    config.strain_stiffness_decay,
-                ],
+                dim=max(len(sheet.triangle), len(sheet.hinge), len(sheet.edge)),
+                inputs=[sheet, now, self._second_order, dt, numbers.limit, *decays],
             )
+            for effect in self.effects:
+                effect.push(self, dt)
             wp.launch(
                 advance.guess,
-                dim=count,
-                inputs=[
-                    sheet,
-                    now,
-                    self._layers,
-                    self._guard,
-                    dt,
-                    config.warm_acceleration_g,
-                    state_in.particle_qd,
-                    model.gravity,
-                    self._world,
-                ],
+                dim=model.particle_count,
+                inputs=[sheet, now, int(self._search is None), dt, config.warm_acceleration_g, given[1], *world[2:]],
             )
-            shared = [sheet, now, numbers, self._solids, self._layers, self._guard]
-            if self.fused:
-                wp.launch(sweep.sweep_fused, dim=1, inputs=[*shared, config.iterations])
-            else:
-                for sweep_index in range(config.iterations):
-                    wp.launch(sweep.sweep_hinges, dim=len(sheet.hinge), inputs=[sheet, now])
-                    if self._layers.capacity:
-                        wp.launch(
-                            sweep.sweep_layers, dim=self._layers.capacity, inputs=[self._layers, now, sweep_index]
-                        )
-                    for colour in model.particle_color_groups:
-                        wp.launch(sweep.sweep_colour, dim=len(colour), inputs=[colour, *shared])
-                    wp.launch(sweep.sweep_limits, dim=len(sheet.edge), inputs=[sheet, now, numbers])
+            self._sweep(numbers)
             wp.launch(
                 advance.end_step,
-                dim=count,
+                dim=model.particle_count,
                 inputs=[sheet, now, self._second_order, dt, state_in.particle_qd],
                 outputs=[state_out.particle_q, state_out.particle_qd],
             )
-        self.step_count += 1
+            if self.moves_bodies and contacts is not None:
+                self._feel_cloth(contacts, state_out, numbers)
+        self._step += 1
 
     def rebuild_bvh(self) -> None:
-        """Build the search trees of the self-contact anew; refitting alone makes them slow as the cloth folds."""
-        if self.config.self_contact is not None:
-            self._triangle_tree.rebuild()
-            self._edge_tree.rebuild()
+        """Build the search trees of the self-contact anew, now and then; refitting alone makes them slow as cloth folds."""
+        if self._search is not None:
+            self._search.rebuild()
+
+    def rate(self, dt: float) -> float:
+        """Factor of a value in its rate at the end of a step [1/s]: 1 / dt, or 3 / (2 dt) for BDF2."""
+        return (1.5 if self._second_order else 1.0) / dt
+
+    def broken(self) -> Broken | None:
+        """What became not a number first; None while all is well. Waits for the device.
+
+        Raises:
+            RuntimeError: more pairs of layers were near each other than there is room for.
+        """
+        vertex, term, step = (int(value) for value in self.now.broken.numpy())
+        if vertex:
+            return Broken(vertex=vertex - 1, term=sweep.TERMS[term] if term >= 0 else "their sum", step=step)
+        found = int(self._layers.count.numpy()[0])
+        if found > self._layers.capacity:
+            raise RuntimeError(
+                f"self-contact: {found} pairs are near each other, room is for {self._layers.capacity}; "
+                "raise SelfContact.capacity_per_vertex or lower search_m"
+            )
+        return None
+
+    def _read_model(self) -> None:
+        self.sheet = sheet_of(self.model, self.config.compression_share)
+        for effect in self.effects:
+            effect.shape(self)
 
     def _numbers(self, dt: float) -> StepNumbers:
         config = self.config
         numbers = StepNumbers()
-        numbers.rate = (1.5 if self._second_order else 1.0) / dt
+        numbers.rate, numbers.dt, numbers.step = self.rate(dt), dt, self._step
         numbers.inertia = numbers.rate**2
-        numbers.dt = dt
-        numbers.step = self.step_count
         numbers.limit = 1.0 + config.max_strain
         numbers.edge_stiffness_max = config.strain_stiffness_max_n_m
-        numbers.edge_growth = config.strain_growth_n_m2
-        numbers.edge_share = config.strain_dual_share
+        numbers.edge_growth, numbers.edge_share = config.strain_growth_n_m2, config.strain_dual_share
         numbers.regularization = config.regularization
         numbers.friction_speed = config.friction_speed_m_s
-        numbers.over_relaxation = config.over_relaxation
         return numbers
 
-    def _search(self) -> None:
-        settings = self.config.self_contact
-        numbers = layers.LayerNumbers()
-        numbers.radius, numbers.rest_exclusion = settings.radius_m, settings.rest_exclusion_m
-        numbers.stiffness, numbers.damping, numbers.friction = (
-            settings.stiffness_n_m,
-            settings.damping_n_s_m,
-            settings.friction,
-        )
+    def _sweep(self, numbers: StepNumbers) -> None:
         sheet, now = self.sheet, self.now
-        count = self.model.particle_count
-        wp.launch(layers.decide_search, dim=count, inputs=[now, self._guard, self._due])
-        wp.launch(
-            layers.begin_search,
-            dim=max(count, len(sheet.triangle), len(sheet.edge)),
-            inputs=[
-                now,
-                self._due,
-                self._guard,
-                self._layers,
-                sheet.triangle,
-                sheet.edge,
-                self._triangle_low,
-                self._triangle_high,
-                self._edge_low,
-                self._edge_high,
-            ],
-        )
-        self._triangle_tree.refit()
-        self._edge_tree.refit()
-        inputs = [self._group, sheet, self._rest, now, numbers, self._guard, self._layers]
-        wp.launch(layers.find_vertex_triangle, dim=count, inputs=[self._due, self._triangle_tree.id, *inputs])
-        wp.launch(layers.find_edge_edge, dim=len(sheet.edge), inputs=[self._due, self._edge_tree.id, *inputs])
-        self._due.zero_()
+        self._layers.head.fill_(-1)
+        shared = [sheet, self._blocks, now, numbers, self._solids, self._layers, self._guard]
+        if self.fused:
+            wp.launch(sweep.sweep_fused, dim=1, inputs=[*shared, self.config.iterations])
+            return
+        if self._search is not None:
+            for colour in reversed(self._colours):
+                wp.launch(
+                    sweep.follow_colour,
+                    dim=len(colour),
+                    inputs=[colour, sheet, self._blocks, now, self._layers, self._guard],
+                )
+        for index in range(self.config.iterations):
+            wp.launch(sweep.sweep_hinges, dim=len(sheet.hinge), inputs=[sheet, now])
+            if self._layers.capacity:
+                wp.launch(sweep.sweep_layers, dim=self._layers.capacity, inputs=[self._layers, now, index])
+            for colour in self._colours:
+                wp.launch(sweep.sweep_colour, dim=len(colour), inputs=[colour, *shared])
+            wp.launch(sweep.sweep_limits, dim=len(sheet.edge), inputs=[sheet, now, numbers])
 
     def _collect(self, contacts: Any, state_in: Any, state_out: Any, dt: float) -> None:
         self._solids.head.fill_(-1)
-        self._solids.count.zero_()
         if contacts is None or not contacts.soft_contact_max:
             return
         model = self.model
         if self._solids.capacity < contacts.soft_contact_max:
-            self._solids = _touches(model.particle_count, contacts.soft_contact_max)
+            self._solids = new_touches(model.particle_count, contacts.soft_contact_max)
+        names = ("count", "indices", "barycentric", "shape", "body_pos", "body_vel", "normal")
+        found = [getattr(contacts, f"soft_contact_{name}") for name in names]
+        material = [model.shape_body, model.shape_margin, model.shape_material_ke, model.shape_material_kd]
+        material += [model.shape_material_mu, model.particle_radius]
         wp.launch(
             solids.collect_solids,
             dim=self._solids.capacity,
-            inputs=[
-                contacts.soft_contact_count,
-                contacts.soft_contact_indices,
-                contacts.soft_contact_barycentric,
-                contacts.soft_contact_shape,
-                contacts.soft_contact_body_pos,
-                contacts.soft_contact_body_vel,
-                contacts.soft_contact_normal,
-                model.shape_body,
-                model.shape_margin,
-                model.shape_material_ke,
-                model.shape_material_kd,
-                model.shape_material_mu,
-                model.particle_radius,
-                state_in.body_q,
-                state_out.body_q,
-                dt,
-                self.now,
-                self._solids,
-            ],
+            inputs=[*found, *material, state_in.body_q, state_out.body_q, dt, self.now, self._solids],
         )
 
+    def _move_bodies(self, state_in: Any, state_out: Any, dt: float) -> None:
+        model, scratch = self.model, self._scratch
+        wp.launch(solids.load_bodies, dim=model.body_count, inputs=[state_in.body_f, self._wrench, scratch.body_f])
+        wp.copy(scratch.body_q, state_in.body_q)
+        wp.copy(scratch.body_qd, state_in.body_qd)
+        self.integrate_bodies(model, scratch, scratch, dt)
+        wp.launch(
+            solids.take_dynamic,
+            dim=model.body_count,
+            inputs=[model.body_inv_mass, model.body_flags, scratch.body_q, scratch.body_qd],
+            outputs=[state_out.body_q, state_out.body_qd],
+        )
 
-def _iterate(model: Any, sheet: Any, config: AVBDConfig) -> Iterate:
-    now = Iterate()
-    count = model.particle_count
-    now.x = wp.full(count, wp.vec3(float("nan")), dtype=wp.vec3)
-    for name in ("target", "start", "before", "before_speed", "force"):
-        setattr(now, name, wp.zeros(count, dtype=wp.vec3))
-    now.slope = wp.zeros(count, dtype=wp.mat33)
-    now.triangle_past = wp.zeros(len(sheet.triangle), dtype=wp.vec3)
-    now.hinge_now = wp.clone(sheet.hinge_angle)
-    now.hinge_past = wp.zeros(len(sheet.hinge), dtype=float)
-    now.hinge_slope = wp.zeros((len(sheet.hinge), 4), dtype=wp.vec3)
-    now.edge_force = wp.zeros(len(sheet.edge), dtype=float)
-    now.edge_stiffness = wp.full(len(sheet.edge), config.strain_stiffness_n_m, dtype=float)
-    now.edge_excess = wp.zeros(len(sheet.edge), dtype=float)
-    now.broken = wp.zeros(3, dtype=wp.int32)
-    return now
-
-
-def _guard(model: Any, config: AVBDConfig) -> Guard:
-    guard = Guard()
-    guard.seen = wp.clone(model.particle_q)
-    guard.safe = wp.zeros(model.particle_count, dtype=float)
-    guard.cut = wp.zeros(1, dtype=wp.int32)
-    if config.self_contact is not None:
-        guard.reach, guard.share = config.self_contact.search_m, config.self_contact.share
-    return guard
-
-
-def _touches(vertex_count: int, capacity: int) -> Touches:
-    touches = Touches()
-    size = max(capacity, 1)
-    touches.count = wp.zeros(1, dtype=wp.int32)
-    touches.capacity = capacity
-    touches.vertex = wp.zeros(size, dtype=wp.vec4i)
-    for name in ("weight", "plane"):
-        setattr(touches, name, wp.zeros(size, dtype=wp.vec4))
-    for name in ("normal", "anchor"):
-        setattr(touches, name, wp.zeros(size, dtype=wp.vec3))
-    for name in ("offset", "stiffness", "damping", "friction"):
-        setattr(touches, name, wp.zeros(size, dtype=float))
-    for name in ("shape", "near", "first_side"):
-        setattr(touches, name, wp.zeros(size, dtype=wp.int32))
-    touches.head = wp.full(vertex_count, -1, dtype=wp.int32)
-    touches.after = wp.full(4 * size, -1, dtype=wp.int32)
-    return touches
+    def _feel_cloth(self, contacts: Any, state_out: Any, numbers: StepNumbers) -> None:
+        self._wrench.zero_()
+        bodies = [self.model.shape_body, state_out.body_q, self.model.body_com]
+        wp.launch(
+            solids.push_back,
+            dim=self._solids.capacity,
+            inputs=[self.now, numbers, self._solids, contacts.soft_contact_count, *bodies],
+            outputs=[self._wrench],
+        )

@@ -1,105 +1,184 @@
-"""The sweep: every vertex to the minimum of its own energy, then the multipliers; fused for a CPU, by colour for a GPU."""
+"""The sweep: every block to the minimum of its own energy, then the multipliers; fused for a CPU, by colour for a GPU."""
 
 import warp as wp
 
-from sim1.cloth.avbd.elastic import hinge, limit, membrane, refresh_hinge, update_limit
+from sim1.cloth.avbd.apart import allowed
+from sim1.cloth.avbd.blocks import Blocks
+from sim1.cloth.avbd.elastic import hinge, hinge_slope, limit, membrane, refresh_hinge, update_limit
 from sim1.cloth.avbd.iterate import Iterate, StepNumbers
 from sim1.cloth.avbd.layers import refresh_layer
 from sim1.cloth.avbd.sheet import Sheet
-from sim1.cloth.avbd.touch import Guard, Touches, hold_apart, push
+from sim1.cloth.avbd.touch import Guard, Touches, point_of, push
 
 TERMS = ("inertia", "effects", "membrane", "bending", "strain limit", "solid contact", "self-contact")
 
 
 @wp.func
-def total(sheet: Sheet, now: Iterate, step: StepNumbers, solids: Touches, layers: Touches, v: int, term: int):
-    """Force and Hessian block of a vertex; of all terms (`term` -1) or of one alone, for finding what broke."""
-    at = now.x[v]
-    stiffness = sheet.mass[v] * step.inertia
+def together(touches: Touches, blocks: Blocks, b: int, record: int):
+    """Share of a contact's point that moves with a block."""
+    level = blocks.level[b]
+    vertex = touches.vertex[record]
+    weight = touches.weight[record]
+    share = float(0.0)
+    for slot in range(4):
+        if vertex[slot] >= 0 and blocks.home[level, vertex[slot]] == b:
+            share += weight[slot]
+    return share
+
+
+@wp.func
+def touched(touches: Touches, now: Iterate, step: StepNumbers, blocks: Blocks, b: int, v: int, move: wp.vec3):
+    """Force and block of all contacts of a member, as far as they move with the whole block by `move`."""
     force = wp.vec3(0.0)
-    block = wp.mat33(0.0)
-    if term < 0 or term == 0:
-        force = -stiffness * (at - now.target[v])
-        block = stiffness * wp.identity(n=3, dtype=float)
-    if term < 0 or term == 1:
-        slope = now.slope[v]
-        force += now.force[v] - slope * (at - now.start[v])
-        block += slope
+    hessian = wp.mat33(0.0)
+    node = int(touches.head[v])
+    while node >= 0:
+        record = node / 4
+        share = together(touches, blocks, b, record)
+        f, h = push(touches, now, step, record, share * move)
+        weight = touches.weight[record][node % 4]
+        force += weight * f
+        hessian += weight * share * h
+        node = int(touches.after[node])
+    return force, hessian
+
+
+@wp.func
+def closes(touches: Touches, now: Iterate, blocks: Blocks, b: int, move: wp.vec3):
+    """Whether a block's move closes a contact that is open."""
+    found = wp.bool(False)
+    for i in range(blocks.members_from[b], blocks.members_from[b + 1]):
+        node = int(touches.head[blocks.members[i]])
+        while node >= 0:
+            record = node / 4
+            normal = touches.normal[record]
+            point = point_of(touches.vertex[record], touches.weight[record], now.x)
+            depth = touches.offset[record] - wp.dot(normal, point)
+            if depth <= 0.0 and depth > together(touches, blocks, b, record) * wp.dot(normal, move):
+                found = wp.bool(True)
+            node = int(touches.after[node])
+    return found
+
+
+@wp.func
+def total(
+    sheet: Sheet,
+    blocks: Blocks,
+    now: Iterate,
+    step: StepNumbers,
+    solids: Touches,
+    layers: Touches,
+    b: int,
+    term: int,
+    move: wp.vec3,
+):
+    """Force and Hessian block of a block; of all terms (`term` -1) or of one, for finding what broke."""
+    force = wp.vec3(0.0)
+    hessian = wp.mat33(0.0)
+    for i in range(blocks.members_from[b], blocks.members_from[b + 1]):
+        v = blocks.members[i]
+        away = now.x[v] - now.start[v]
+        if term < 0 or term == 0:
+            stiffness = sheet.mass[v] * step.inertia
+            force -= stiffness * (now.x[v] - now.target[v])
+            hessian += stiffness * wp.identity(n=3, dtype=float)
+        if term < 0 or term == 1:
+            force += now.force[v] - now.slope[v] * away
+            hessian += now.slope[v]
+        if term < 0 or term == 5:
+            f, h = touched(solids, now, step, blocks, b, v, move)
+            force += f
+            hessian += h
+        if term < 0 or term == 6:
+            f, h = touched(layers, now, step, blocks, b, v, move)
+            force += f
+            hessian += h
     if term < 0 or term == 2:
-        for i in range(sheet.triangles_from[v], sheet.triangles_from[v + 1]):
-            item = sheet.triangles_of[i]
-            f, h = membrane(sheet, now, step, item[0], item[1])
+        for i in range(blocks.triangles_from[b], blocks.triangles_from[b + 1]):
+            f, h = membrane(sheet, now, step, blocks.triangles[i], blocks.slopes[i])
             force += f
-            block += h
+            hessian += h
     if term < 0 or term == 3:
-        for i in range(sheet.hinges_from[v], sheet.hinges_from[v + 1]):
-            item = sheet.hinges_of[i]
-            f, h = hinge(sheet, now, step, item[0], item[1])
+        for i in range(blocks.hinges_from[b], blocks.hinges_from[b + 1]):
+            f, h = hinge(sheet, now, step, blocks.hinges[i][0], blocks.hinges[i][1])
             force += f
-            block += h
+            hessian += h
     if term < 0 or term == 4:
-        for i in range(sheet.edges_from[v], sheet.edges_from[v + 1]):
-            item = sheet.edges_of[i]
-            f, h = limit(sheet, now, step, item[0], at, now.x[item[1]])
+        for i in range(blocks.edges_from[b], blocks.edges_from[b + 1]):
+            item = blocks.edges[i]
+            f, h = limit(sheet, now, step, item[0], now.x[item[1]], now.x[item[2]])
             force += f
-            block += h
-    if term < 0 or term == 5:
-        node = int(solids.head[v])
-        while node >= 0:
-            f, h = push(solids, now, step, node / 4)
-            weight = solids.weight[node / 4][node % 4]
-            force += weight * f
-            block += weight * weight * h
-            node = int(solids.after[node])
-    if term < 0 or term == 6:
-        node = int(layers.head[v])
-        while node >= 0:
-            if layers.near[node / 4] != 0:
-                f, h = push(layers, now, step, node / 4)
-                weight = layers.weight[node / 4][node % 4]
-                force += weight * f
-                block += weight * weight * h
-            node = int(layers.after[node])
-    return force, block
+            hessian += h
+    return force, hessian
+
+
+@wp.func
+def movable(sheet: Sheet, blocks: Blocks, b: int):
+    """Whether no member of a block is held."""
+    free = wp.bool(True)
+    for i in range(blocks.members_from[b], blocks.members_from[b + 1]):
+        if sheet.movable[blocks.members[i]] == 0:
+            free = wp.bool(False)
+    return free
+
+
+@wp.func
+def follow(sheet: Sheet, blocks: Blocks, now: Iterate, layers: Touches, guard: Guard, b: int):
+    """Move a block by the mean of what its members still wish; from the whole down, so that layers travel together."""
+    if movable(sheet, blocks, b):
+        move = wp.vec3(0.0)
+        for i in range(blocks.members_from[b], blocks.members_from[b + 1]):
+            v = blocks.members[i]
+            move += now.wish[v] - now.x[v]
+        move /= float(blocks.members_from[b + 1] - blocks.members_from[b])
+        if wp.length(move) > 0.0:
+            move = allowed(layers, now, guard, blocks, b, move) * move
+            for i in range(blocks.members_from[b], blocks.members_from[b + 1]):
+                now.x[blocks.members[i]] = now.x[blocks.members[i]] + move
 
 
 @wp.func
 def settle(
     sheet: Sheet,
+    blocks: Blocks,
     now: Iterate,
     step: StepNumbers,
     solids: Touches,
     layers: Touches,
     guard: Guard,
-    v: int,
+    b: int,
 ):
-    """Newton step of one vertex on its own energy, held on its side of every layer (x = x + s A^-1 b)."""
-    if sheet.movable[v] != 0:
-        force, block = total(sheet, now, step, solids, layers, v, -1)
-        at = now.x[v]
-        wanted = at + step.over_relaxation * (wp.inverse(block) * force)
-        size = wp.length(wanted)
-        if not (size < 1.0e6):
-            name_culprit(sheet, now, step, solids, layers, v)
-            wanted = at
+    """Newton step of one block on its own energy, each member held on its side of every layer (x = x + s A^-1 b)."""
+    if movable(sheet, blocks, b):
+        force, hessian = total(sheet, blocks, now, step, solids, layers, b, -1, wp.vec3(0.0))
+        move = wp.inverse(hessian) * force
+        if closes(solids, now, blocks, b, move) or closes(layers, now, blocks, b, move):
+            force, hessian = total(sheet, blocks, now, step, solids, layers, b, -1, move)
+            move = wp.inverse(hessian) * force
+        if not (wp.length(move) < 1.0e6):
+            name_culprit(sheet, blocks, now, step, solids, layers, b)
+            move = wp.vec3(0.0)
         if guard.reach > 0.0:
-            wanted = hold_apart(layers, guard, v, wanted)
-        moved = wanted - at
-        now.x[v] = wanted
-        for i in range(sheet.hinges_from[v], sheet.hinges_from[v + 1]):
-            item = sheet.hinges_of[i]
-            wp.atomic_add(now.hinge_now, item[0], wp.dot(now.hinge_slope[item[0], item[1]], moved))
+            move = allowed(layers, now, guard, blocks, b, move) * move
+        for i in range(blocks.members_from[b], blocks.members_from[b + 1]):
+            v = blocks.members[i]
+            now.x[v] = now.x[v] + move
+        for i in range(blocks.hinges_from[b], blocks.hinges_from[b + 1]):
+            item = blocks.hinges[i]
+            wp.atomic_add(now.hinge_now, item[0], wp.dot(hinge_slope(now, item[0], item[1]), move))
 
 
 @wp.func
-def name_culprit(sheet: Sheet, now: Iterate, step: StepNumbers, solids: Touches, layers: Touches, v: int):
+def name_culprit(
+    sheet: Sheet, blocks: Blocks, now: Iterate, step: StepNumbers, solids: Touches, layers: Touches, b: int
+):
     """Note the first vertex whose step is not a number, and the term that made it so."""
-    if wp.atomic_cas(now.broken, 0, 0, v + 1) == 0:
+    if wp.atomic_cas(now.broken, 0, 0, blocks.members[blocks.members_from[b]] + 1) == 0:
         now.broken[2] = step.step
         now.broken[1] = -1
         for term in range(7):
-            force, block = total(sheet, now, step, solids, layers, v, term)
-            size = wp.length(force) + wp.length(block[0]) + wp.length(block[1]) + wp.length(block[2])
+            force, hessian = total(sheet, blocks, now, step, solids, layers, b, term, wp.vec3(0.0))
+            size = wp.length(force) + wp.length(hessian[0]) + wp.length(hessian[1]) + wp.length(hessian[2])
             if now.broken[1] < 0 and not (size < 1.0e12):
                 now.broken[1] = term
 
@@ -107,6 +186,7 @@ def name_culprit(sheet: Sheet, now: Iterate, step: StepNumbers, solids: Touches,
 @wp.kernel(enable_backward=False)
 def sweep_fused(
     sheet: Sheet,
+    blocks: Blocks,
     now: Iterate,
     step: StepNumbers,
     solids: Touches,
@@ -115,16 +195,27 @@ def sweep_fused(
     iterations: int,
 ):
     """All iterations of a step in one launch: on a CPU a launch runs on one thread and costs more than many vertices."""
-    vertex_count = sheet.mass.shape[0]
+    count = blocks.level.shape[0]
+    if guard.reach > 0.0:
+        for b in range(count):
+            follow(sheet, blocks, now, layers, guard, count - 1 - b)
     for sweep in range(iterations):
         for h in range(sheet.hinge.shape[0]):
             refresh_hinge(sheet, now, h)
         for record in range(wp.min(layers.count[0], layers.capacity)):
             refresh_layer(layers, now, sweep, record)
-        for v in range(vertex_count):
-            settle(sheet, now, step, solids, layers, guard, v)
+        for b in range(count):
+            settle(sheet, blocks, now, step, solids, layers, guard, b)
         for e in range(sheet.edge.shape[0]):
             update_limit(sheet, now, step, e)
+
+
+@wp.kernel(enable_backward=False)
+def follow_colour(
+    colour: wp.array(dtype=wp.int32), sheet: Sheet, blocks: Blocks, now: Iterate, layers: Touches, guard: Guard
+):
+    """`follow` of all blocks of a colour."""
+    follow(sheet, blocks, now, layers, guard, colour[wp.tid()])
 
 
 @wp.kernel(enable_backward=False)
@@ -145,14 +236,15 @@ def sweep_layers(layers: Touches, now: Iterate, sweep: int):
 def sweep_colour(
     colour: wp.array(dtype=wp.int32),
     sheet: Sheet,
+    blocks: Blocks,
     now: Iterate,
     step: StepNumbers,
     solids: Touches,
     layers: Touches,
     guard: Guard,
 ):
-    """`settle` of all vertices of a colour; no two of them share a triangle."""
-    settle(sheet, now, step, solids, layers, guard, colour[wp.tid()])
+    """`settle` of all blocks of a colour; no two of them share a triangle."""
+    settle(sheet, blocks, now, step, solids, layers, guard, colour[wp.tid()])
 
 
 @wp.kernel(enable_backward=False)

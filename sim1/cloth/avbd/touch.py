@@ -24,10 +24,13 @@ class Touches:
     friction: wp.array(dtype=float)
     shape: wp.array(dtype=wp.int32)  # -1: cloth
     near: wp.array(dtype=wp.int32)  # 0: too far to push in this step
-    plane: wp.array(dtype=wp.vec4)  # normal and offset of the plane that holds both sides apart; zero: none
-    first_side: wp.array(dtype=wp.int32)  # slots before this one lie on the positive side
-    head: wp.array(dtype=wp.int32)  # (v,)
+    first_side: wp.array(dtype=wp.int32)  # slots before this one lie on the normal's side
+    parting: wp.array(dtype=wp.vec3)  # direction along which the two sides stay apart until the next search
+    least: wp.array(dtype=float)  # distance that stays between them [m]
+    head: wp.array(dtype=wp.int32)  # (v,) of records that are near
     after: wp.array(dtype=wp.int32)
+    wide_head: wp.array(dtype=wp.int32)  # (v,) of all records of the last search
+    wide_after: wp.array(dtype=wp.int32)
 
 
 @wp.struct
@@ -35,9 +38,9 @@ class Guard:
     """What keeps layers from passing through each other between two searches."""
 
     reach: float  # distance looked at by the search [m]; 0: no self-contact
-    share: float  # of the room to a neighbour that a vertex may use
+    share: float  # of the room to a neighbour that a move may use
     seen: wp.array(dtype=wp.vec3)  # (v,) positions at the last search [m]
-    safe: wp.array(dtype=float)  # (v,) `share` of the distance to the nearest neighbour then [m]
+    room: wp.array(dtype=float)  # (v,) a way this long needs no look at the neighbours [m]
     cut: wp.array(dtype=wp.int32)  # (1,) moves that were cut since
 
 
@@ -55,19 +58,20 @@ def point_of(vertex: wp.vec4i, weight: wp.vec4, x: wp.array(dtype=wp.vec3)):
 
 
 @wp.func
-def link(touches: Touches, record: int):
+def link(vertex: wp.vec4i, record: int, head: wp.array(dtype=wp.int32), after: wp.array(dtype=wp.int32)):
     """Hang a record into the lists of its vertices."""
-    vertex = touches.vertex[record]
     for slot in range(4):
         if vertex[slot] >= 0:
             item = 4 * record + slot
-            touches.after[item] = wp.atomic_exch(touches.head, vertex[slot], item)
+            after[item] = wp.atomic_exch(head, vertex[slot], item)
 
 
 @wp.func
-def push(touches: Touches, now: Iterate, step: StepNumbers, record: int):
+def push(touches: Touches, now: Iterate, step: StepNumbers, record: int, move: wp.vec3):
     """Force [N] and block [N/m] at the point of a record: penalty, damping of approach, regularised Coulomb friction.
 
+    An open contact that `move` of the point would close counts as closed already, pulling by as much as it is open: with the
+    Newton step of an energy that sets in only at the contact a vertex would fall through it and be thrown back for ever.
     Friction follows mu N (2 s - s^2) with s = slip speed / `friction_speed` up to 1 (Li et al. 2020, eq. 13).
     """
     normal = touches.normal[record]
@@ -75,7 +79,7 @@ def push(touches: Touches, now: Iterate, step: StepNumbers, record: int):
     depth = touches.offset[record] - wp.dot(normal, point)
     force = wp.vec3(0.0)
     block = wp.mat33(0.0)
-    if depth > 0.0:
+    if wp.max(depth, depth - wp.dot(normal, move)) > 0.0:
         along = wp.outer(normal, normal)
         stiffness = touches.stiffness[record]
         load = stiffness * depth
@@ -87,6 +91,7 @@ def push(touches: Touches, now: Iterate, step: StepNumbers, record: int):
             stiffness += damping
         force = load * normal
         block = stiffness * along
+        load = wp.max(load, 0.0)
         slip = moved - approach * normal
         distance = wp.length(slip)
         smooth = step.friction_speed * step.dt
@@ -99,34 +104,3 @@ def push(touches: Touches, now: Iterate, step: StepNumbers, record: int):
         force -= grip * slip
         block += grip * (wp.identity(n=3, dtype=float) - along)
     return force, block
-
-
-@wp.func
-def hold_apart(touches: Touches, guard: Guard, v: int, wanted: wp.vec3):
-    """Where a vertex may go on its way to `wanted`: no further than the search looked, and on its side of every plane.
-
-    Moves below `safe`, the paper's bound beta min(r, d_tri, d_edge), need no look at the planes. The paper cuts every longer
-    move to it, which locks layers that slide or part; only what leads through a dividing plane is cut here.
-    """
-    start = guard.seen[v]
-    size = wp.length(wanted - start)
-    if size <= guard.safe[v]:
-        return wanted
-    share = guard.share
-    fraction = wp.min(1.0, share * guard.reach / size)
-    node = int(touches.head[v])
-    while node >= 0:
-        record = node / 4
-        plane = touches.plane[record]
-        side = float(1.0)
-        if node % 4 >= touches.first_side[record]:
-            side = -1.0
-        normal = side * wp.vec3(plane[0], plane[1], plane[2])
-        room = wp.dot(normal, start) - side * plane[3]
-        ahead = -wp.dot(normal, wanted - start)
-        if ahead > share * room:
-            fraction = wp.min(fraction, wp.max(share * room / ahead, 0.0))
-        node = int(touches.after[node])
-    if fraction < 1.0:
-        wp.atomic_add(guard.cut, 0, 1)
-    return start + fraction * (wanted - start)

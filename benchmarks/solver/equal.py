@@ -1,0 +1,102 @@
+"""Seconds per simulated second at equal largest stretch: the cheapest setting of each solver that holds it in the pull.
+
+SolverAVBD keeps the moduli of the cloth. SolverVBD has no strain limit: it may also take stiffer moduli, which is another cloth.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from benchmarks.solver.contestants import Contestant
+from benchmarks.solver.scenes import MODULUS_N_M, Cloth
+from benchmarks.solver.stretch import LIMIT, Pull, pull, rounded
+
+SIMULATED_S = 0.5
+GIVE_UP = 50.0  # times the cost of SolverAVBD
+OURS = (
+    (4, 300),
+    (5, 300),
+    (2, 600),
+    (3, 600),
+    (4, 600),
+    (5, 600),
+    (6, 600),
+    (8, 600),
+    (10, 600),
+)  # iterations, steps/s
+ITERATIONS = (1, 2, 5)
+MODULI_N_M = (3e3, 1e4, 3e4, 1e5)
+FIRST_RATE = 1800  # iterations per simulated second
+GROWTH = 2.0**0.5
+
+
+def search(
+    cloth: Cloth,
+    say: Callable[[str], None],
+    simulated_s: float = SIMULATED_S,
+    iterations: tuple[int, ...] = ITERATIONS,
+    first_rate: float = FIRST_RATE,
+) -> dict[str, Any]:
+    """Cheapest setting of each that keeps the largest stretch at `LIMIT`, and what was tried.
+
+    SolverVBD takes `iterations` in a step, `first_rate` in a simulated second at first, and more until a setting holds.
+    """
+    ours = cheapest(Contestant(kind="SolverAVBD", iterations=i, steps_per_s=s) for i, s in OURS)(cloth, simulated_s)
+    if ours is None:
+        return {"limit": LIMIT, "SolverAVBD": None, "SolverVBD": None, "ratio": None}
+    cap = GIVE_UP * ours.seconds_per_simulated_second
+    theirs, best, tried, rate = None, None, 0, float(first_rate)
+    cost_of_one = 0.0
+    while theirs is None and rate * cost_of_one <= cap:
+        for contestant in settings(rate, iterations):
+            tried += 1
+            result = pull(contestant, cloth, simulated_s, stop_above=LIMIT)
+            cost_of_one = max(cost_of_one, result.seconds_per_step / contestant.iterations / 4.0)
+            if result.largest <= LIMIT:
+                theirs = cheaper(theirs, result)
+            elif best is None or result.simulated_s > best.simulated_s:
+                best = result
+        say(f"SolverVBD at {rate:.0f} iterations per simulated second: {'holds' if theirs else 'too long'}")
+        rate *= GROWTH
+    return {
+        "limit": LIMIT,
+        "simulated_s": simulated_s,
+        "SolverAVBD": ours.document(),
+        "SolverVBD": theirs.document() if theirs else None,
+        "SolverVBD_best_that_failed": best.document() if best else None,
+        "SolverVBD_settings_tried": tried,
+        "SolverVBD_modulus_times": rounded(theirs.contestant.modulus_n_m / MODULUS_N_M) if theirs else None,
+        "ratio": rounded(ours.seconds_per_simulated_second / theirs.seconds_per_simulated_second, 3)
+        if theirs
+        else None,
+        "ratio_at_most": None if theirs else 1.0 / GIVE_UP,
+    }
+
+
+def settings(rate: float, per_step: tuple[int, ...] = ITERATIONS) -> Iterable[Contestant]:
+    """All of SolverVBD that make about `rate` iterations per simulated second."""
+    for iterations in per_step:
+        steps = round(rate / iterations / 2) * 2
+        if steps >= 300:
+            for modulus in MODULI_N_M:
+                yield Contestant(kind="SolverVBD", iterations=iterations, steps_per_s=steps, modulus_n_m=modulus)
+
+
+def cheapest(contestants: Iterable[Contestant]) -> Callable[[Cloth, float], Pull | None]:
+    """The one of them that holds the limit at the least cost."""
+
+    def find(cloth: Cloth, simulated_s: float) -> Pull | None:
+        found = None
+        for contestant in contestants:
+            result = pull(contestant, cloth, simulated_s, stop_above=LIMIT)
+            if result.largest <= LIMIT:
+                found = cheaper(found, result)
+        return found
+
+    return find
+
+
+def cheaper(one: Pull | None, other: Pull) -> Pull:
+    """The one that takes less time."""
+    if one is None or other.seconds_per_simulated_second < one.seconds_per_simulated_second:
+        return other
+    return one

@@ -1,0 +1,57 @@
+"""The search for layers of the cloth that are near each other, run when the last one no longer suffices."""
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from sim1.cloth.avbd import layers
+from sim1.cloth.avbd.iterate import Iterate
+from sim1.cloth.avbd.parameters import SelfContact
+from sim1.cloth.avbd.sheet import Sheet
+from sim1.cloth.avbd.touch import Guard, Touches
+
+
+class LayerSearch:
+    """Trees over triangles and edges, one group a world, so that worlds that lie in the same place do not meet."""
+
+    def __init__(self, model: Any, sheet: Sheet, settings: SelfContact) -> None:
+        self._sheet, self._count = sheet, model.particle_count
+        self._rest = wp.clone(model.particle_q)
+        self._due = wp.ones(1, dtype=wp.int32)
+        world = np.maximum(model.particle_world.numpy(), 0).astype(np.int32)
+        self._world = wp.array(world, dtype=wp.int32)
+        points = model.particle_q.numpy()
+        self._boxes, self._trees = [], []
+        for corners in (sheet.triangle.numpy(), sheet.edge.numpy()):
+            low = wp.array(points[corners].min(axis=1), dtype=wp.vec3)
+            high = wp.array(points[corners].max(axis=1), dtype=wp.vec3)
+            self._boxes += [low, high]
+            self._trees.append(wp.Bvh(low, high, groups=wp.array(world[corners[:, 0]], dtype=wp.int32)))
+        numbers = layers.LayerNumbers()
+        numbers.radius, numbers.rest_exclusion = settings.radius_m, settings.rest_exclusion_m
+        numbers.stiffness, numbers.damping = settings.stiffness_n_m, settings.damping_n_s_m
+        numbers.friction = settings.friction
+        self._numbers = numbers
+
+    def rebuild(self) -> None:
+        """Build the trees anew; refitting alone makes them slow as the cloth folds."""
+        for tree in self._trees:
+            tree.rebuild()
+
+    def run(self, now: Iterate, guard: Guard, touches: Touches) -> None:
+        """Search around `now.start` if it is due; else leave the records as they are."""
+        sheet, due = self._sheet, self._due
+        wp.launch(layers.decide_search, dim=self._count, inputs=[now, guard, due])
+        wp.launch(
+            layers.begin_search,
+            dim=max(self._count, len(sheet.triangle), len(sheet.edge)),
+            inputs=[now, due, guard, touches, sheet.triangle, sheet.edge, *self._boxes],
+        )
+        for tree in self._trees:
+            tree.refit()
+        shared = [self._world, sheet, self._rest, now, self._numbers, guard, touches]
+        triangles, edges = self._trees
+        wp.launch(layers.find_vertex_triangle, dim=self._count, inputs=[due, triangles.id, *shared])
+        wp.launch(layers.find_edge_edge, dim=len(sheet.edge), inputs=[due, edges.id, *shared])
+        due.zero_()

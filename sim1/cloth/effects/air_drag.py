@@ -1,0 +1,77 @@
+"""Pressure and skin drag of still air on each face."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import warp as wp
+
+from sim1.cloth.avbd.iterate import Iterate
+from sim1.cloth.avbd.sheet import Sheet
+from sim1.cloth.effects.effect import Effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class AirDrag(Effect):
+    """F = -1/2 rho A (c_n |v.n| (v.n) n + c_t |v_t| v_t) per face, v the mean velocity of its corners."""
+
+    name: ClassVar[str] = "air_drag"
+    signature: ClassVar[str] = (
+        "braking that grows with the square of the speed across the sheet, and not with its weight"
+    )
+    source: ClassVar[str] = (
+        "quadratic drag of a plate, split into normal and tangential parts (Wilson et al. 2014, section 3)"
+    )
+
+    c_normal: float  # 1
+    c_tangential: float = 0.0  # 1
+    air_density_kg_m3: float = 1.2  # dry, 20 C, sea level
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be meant."""
+        for name in ("c_normal", "c_tangential", "air_density_kg_m3"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} must be finite and at least 0 (got {value})")
+
+    def push(self, solver: Any, dt: float) -> None:
+        """Drag at the expected velocity, and its slope, so that a large coefficient brakes and does not throw back."""
+        wp.launch(
+            drag_faces,
+            dim=len(solver.sheet.triangle),
+            inputs=[
+                solver.sheet,
+                solver.now,
+                0.5 * self.air_density_kg_m3 * self.c_normal,
+                0.5 * self.air_density_kg_m3 * self.c_tangential,
+                solver.rate(dt),
+                dt,
+            ],
+            device=solver.model.device,
+        )
+
+
+@wp.kernel(enable_backward=False)
+def drag_faces(sheet: Sheet, now: Iterate, normal_drag: float, skin_drag: float, rate: float, dt: float):
+    """Drag of each face on its three corners: value at the expected velocity, linear in the corner's own velocity."""
+    t = wp.tid()
+    corner = sheet.triangle[t]
+    a = now.start[corner[0]]
+    across = wp.cross(now.start[corner[1]] - a, now.start[corner[2]] - a)
+    twice = wp.max(wp.length(across), 1.0e-20)
+    normal = across / twice
+    velocity = (now.expected[corner[0]] + now.expected[corner[1]] + now.expected[corner[2]]) / 3.0
+    through = wp.dot(velocity, normal)
+    along = velocity - through * normal
+    pressure = 0.5 * twice * normal_drag * wp.abs(through)
+    skin = 0.5 * twice * skin_drag * wp.length(along)
+    force = -(pressure * through * normal + skin * along) / 3.0
+    outer = wp.outer(normal, normal)
+    # Half of the derivative of v |v|: the secant, which never pushes beyond rest.
+    slope = (pressure * outer + skin * (wp.identity(n=3, dtype=float) - outer)) / 9.0
+    for i in range(3):
+        v = corner[i]
+        # velocity(x) = rate (x - start) + drift; force(x) = force - slope (velocity(x) - expected)
+        drift = (now.start[v] - now.before[v]) * ((1.0 - rate * dt) / dt)
+        wp.atomic_add(now.force, v, force + slope * (now.expected[v] - drift))
+        wp.atomic_add(now.slope, v, rate * slope)

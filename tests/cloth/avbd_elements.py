@@ -1,0 +1,107 @@
+"""Force and Hessian block of single elements, as the solver's own functions give them, and the energies in float64."""
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+from avbd_sheets import Run
+
+from sim1.cloth.avbd.elastic import hinge, limit, membrane, refresh_hinge
+from sim1.cloth.avbd.iterate import Iterate, StepNumbers
+from sim1.cloth.avbd.sheet import Sheet
+
+
+@wp.kernel(enable_backward=False)
+def _membranes(
+    sheet: Sheet, now: Iterate, step: StepNumbers, force: wp.array2d(dtype=wp.vec3), block: wp.array2d(dtype=wp.mat33)
+):
+    t, corner = wp.tid()
+    pose = sheet.triangle_pose[t]
+    slope = -(pose[0] + pose[1])
+    if corner > 0:
+        slope = pose[corner - 1]
+    f, h = membrane(sheet, now, step, t, slope)
+    force[t, corner] = f
+    block[t, corner] = h
+
+
+@wp.kernel(enable_backward=False)
+def _hinges(
+    sheet: Sheet, now: Iterate, step: StepNumbers, force: wp.array2d(dtype=wp.vec3), block: wp.array2d(dtype=wp.mat33)
+):
+    h = wp.tid()
+    refresh_hinge(sheet, now, h)
+    for corner in range(4):
+        f, b = hinge(sheet, now, step, h, 1 << corner)
+        force[h, corner] = f
+        block[h, corner] = b
+
+
+@wp.kernel(enable_backward=False)
+def _limits(
+    sheet: Sheet, now: Iterate, step: StepNumbers, force: wp.array2d(dtype=wp.vec3), block: wp.array2d(dtype=wp.mat33)
+):
+    e, corner = wp.tid()
+    ends = sheet.edge[e]
+    f, h = limit(sheet, now, step, e, now.x[ends[corner]], now.x[ends[1 - corner]])
+    force[e, corner] = f
+    block[e, corner] = h
+
+
+class Elements:
+    """Elements of one kind of a model, by the solver's functions; `corners` (n, k) are their vertices."""
+
+    def __init__(self, kind: str, run: Run, largest_strain: float = 0.05) -> None:
+        self.solver = run.solver
+        sheet = self.solver.sheet
+        kernel, source, both = {
+            "membrane": (_membranes, sheet.triangle, True),
+            "hinge": (_hinges, sheet.hinge, False),
+            "limit": (_limits, sheet.edge, True),
+        }[kind]
+        self.corners = source.numpy().astype(int)
+        self._kernel = kernel
+        self._dim = self.corners.shape if both else (len(self.corners),)
+        self._step = StepNumbers()
+        self._step.limit = 1.0 + largest_strain
+
+    def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Forces (n, k, 3) and blocks (n, k, 3, 3)."""
+        now: Any = self.solver.now
+        now.x.assign(np.ascontiguousarray(x, dtype=np.float32))
+        force = wp.zeros(self.corners.shape, dtype=wp.vec3, device="cpu")
+        block = wp.zeros(self.corners.shape, dtype=wp.mat33, device="cpu")
+        inputs = [self.solver.sheet, now, self._step, force, block]
+        wp.launch(self._kernel, dim=self._dim, inputs=inputs, device="cpu")
+        return force.numpy().astype(float), block.numpy().astype(float)
+
+
+def membrane_energy(x: np.ndarray, rest: np.ndarray, mu: float, lam: float) -> float:
+    """St. Venant-Kirchhoff energy [J] of one triangle (3, 3) with rest corners (3, 3), from edge lengths alone."""
+    metric_rest, metric = (np.array([[a @ b for b in e] for a in e]) for e in (_sides(rest), _sides(x)))
+    mixed = np.linalg.solve(metric_rest, 0.5 * (metric - metric_rest))  # Green strain with one index raised
+    area = 0.5 * np.sqrt(np.linalg.det(metric_rest))
+    return float(area * (mu * np.trace(mixed @ mixed) + 0.5 * lam * np.trace(mixed) ** 2))
+
+
+def _sides(corners: np.ndarray) -> np.ndarray:
+    return np.stack([corners[1] - corners[0], corners[2] - corners[0]])
+
+
+def fold_angle(x: np.ndarray) -> float:
+    """Angle [rad] between the normals of triangles (0, 2, 3) and (1, 3, 2), positive where the normals turn along 2 -> 3."""
+    a, b, c, d = x
+    first, second = np.cross(c - a, d - a), np.cross(d - b, c - b)
+    along = (d - c) / np.linalg.norm(d - c)
+    return float(np.arctan2(np.cross(first, second) @ along, first @ second))
+
+
+def downhill(energy: Any, x: np.ndarray, by: float = 1e-6) -> np.ndarray:
+    """Minus the gradient of `energy` at corners (k, 3), by central differences."""
+    force = np.zeros_like(x)
+    for index in np.ndindex(x.shape):
+        for sign in (1.0, -1.0):
+            moved = x.copy()
+            moved[index] += sign * by
+            force[index] -= sign * energy(moved) / (2.0 * by)
+    return force
