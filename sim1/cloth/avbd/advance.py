@@ -10,6 +10,7 @@ import warp as wp
 from sim1.cloth.avbd.elastic import bend, frame, green_strain
 from sim1.cloth.avbd.iterate import Iterate
 from sim1.cloth.avbd.sheet import Sheet
+from sim1.cloth.avbd.touch import Touches
 
 ACTIVE = wp.constant(wp.int32(int(newton.ParticleFlags.ACTIVE)))
 
@@ -31,7 +32,9 @@ def begin_step(
     """Take over a state, and where inertia, gravity and given loads alone would carry each vertex."""
     v = wp.tid()
     at = position[v]
+    now.fresh[v] = 0
     if not (wp.length(at - now.x[v]) == 0.0):  # put there from outside, or the first step: no history
+        now.fresh[v] = 1  # its step is one of implicit Euler: BDF2 would take its acceleration so far for zero
         now.before[v] = at - dt * speed[v]
         now.before_speed[v] = speed[v]
     now.start[v] = at
@@ -46,9 +49,10 @@ def begin_step(
         movable = wp.int32(1)
     sheet.movable[v] = movable
     pull = gravity[wp.max(world[v], 0)] + load[v] * inverse_mass[v]
-    if second_order != 0:
+    if second_order != 0 and now.fresh[v] == 0:
         now.target[v] = (
-            (4.0 * at - now.before[v]) / 3.0
+            at
+            + (at - now.before[v]) / 3.0
             + (2.0 * dt / 3.0) * (4.0 * speed[v] - now.before_speed[v]) / 3.0
             + (4.0 * dt * dt / 9.0) * pull
         )
@@ -62,6 +66,7 @@ def begin_step(
 def guess(
     sheet: Sheet,
     now: Iterate,
+    solids: Touches,
     free: int,
     dt: float,
     keep: float,
@@ -81,6 +86,8 @@ def guess(
         felt = float(0.0)
         if strength > 0.0:
             felt = wp.clamp(wp.dot(speed[v] - now.before_speed[v], down) / strength, 0.0, dt * keep)
+            if now.fresh[v] != 0 and solids.head[v] < 0:
+                felt = dt * wp.min(keep, 1.0)  # nothing known of it yet: free fall, unless it lies on something
         at = at + dt * (speed[v] + felt * down)
     now.wish[v] = at
     if free != 0:
@@ -145,8 +152,8 @@ def end_step(
     start = now.start[v]
     was = speed[v]
     if sheet.movable[v] != 0:
-        if second_order != 0:
-            speed_out[v] = (3.0 * at - 4.0 * start + now.before[v]) / (2.0 * dt)
+        if second_order != 0 and now.fresh[v] == 0:
+            speed_out[v] = (3.0 * (at - start) - (start - now.before[v])) / (2.0 * dt)
         else:
             speed_out[v] = (at - start) / dt
     else:

@@ -16,6 +16,7 @@ def new_iterate(vertex_count: int, sheet: Sheet, config: AVBDConfig) -> Iterate:
     now.x = wp.full(vertex_count, wp.vec3(float("nan")), dtype=wp.vec3)
     for name in ("target", "start", "before", "before_speed", "expected", "wish", "force"):
         setattr(now, name, wp.zeros(vertex_count, dtype=wp.vec3))
+    now.fresh = wp.zeros(vertex_count, dtype=wp.int32)
     now.slope = wp.zeros(vertex_count, dtype=wp.mat33)
     now.triangle_past = wp.zeros(len(sheet.triangle), dtype=wp.vec3)
     now.hinge_now = wp.clone(sheet.hinge_angle)

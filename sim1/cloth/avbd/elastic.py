@@ -29,27 +29,27 @@ def green_strain(f1: wp.vec3, f2: wp.vec3):
 
 
 @wp.func
-def slackened(strain: wp.vec3, share: float):
-    """Strain (Voigt) whose negative principal part counts by `share` alone: cloth shorter than the mesh can fold wrinkles.
+def slackened(law: wp.mat33, strain: wp.vec3, share: float):
+    """Stress (Voigt): `share` of the full law, the rest by tension field theory (Wagner 1929; Pipkin 1986).
 
     A strip of width h buckles at pi^2 D / h^2, far below what a membrane would take; folds finer than an edge are not in the
-    mesh, so they are in its law (tension field theory, Wagner 1929; Pipkin 1986).
+    mesh, so they are in its law. Taut where both principal stresses pull, E e n n^T where one alone would, nothing where the
+    cloth is shorter in both directions: the slope of the relaxed energy, so that no closed round of strains gives work.
     """
+    stress = law * strain
     mean = 0.5 * (strain[0] + strain[1])
     half = 0.5 * (strain[0] - strain[1])
     shear = 0.5 * strain[2]
     radius = wp.sqrt(half * half + shear * shear)
-    low = mean - radius
     high = mean + radius
-    if low >= 0.0:
-        return strain
+    if law[0, 0] * (mean - radius) + law[0, 1] * high >= 0.0:
+        return stress
     if high <= 0.0:
-        return share * strain
-    # G+ = high n n^T; n n^T has components from half and shear over the radius.
-    gain = low * (share - 1.0)
+        return share * stress
+    pull = 0.5 * (law[0, 0] - law[0, 1] * law[0, 1] / law[0, 0]) * high
     cosine = half / radius
     sine = shear / radius
-    return strain + gain * wp.vec3(0.5 * (1.0 - cosine), 0.5 * (1.0 + cosine), -sine)
+    return share * stress + (1.0 - share) * pull * wp.vec3(1.0 + cosine, 1.0 - cosine, sine)
 
 
 @wp.func
@@ -62,7 +62,7 @@ def membrane(sheet: Sheet, now: Iterate, step: StepNumbers, t: int, slope: wp.ve
     law = sheet.triangle_law[t]
     stress = law * strain
     if sheet.slack < 1.0:
-        stress = law * slackened(strain, sheet.slack)
+        stress = slackened(law, strain, sheet.slack)
     viscosity = 4.0 * sheet.triangle_viscosity[t]
     l00 = law[0, 0]
     l11 = law[1, 1]

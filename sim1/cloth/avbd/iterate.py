@@ -14,6 +14,7 @@ class Iterate:
     before_speed: wp.array(dtype=wp.vec3)  # (v,) one step earlier [m/s]
     expected: wp.array(dtype=wp.vec3)  # (v,) velocity that the step is expected to end with [m/s]
     wish: wp.array(dtype=wp.vec3)  # (v,) where the sweeps should start [m]
+    fresh: wp.array(dtype=wp.int32)  # (v,) 1: without history in this step
     triangle_past: wp.array(dtype=wp.vec3)  # (t,) rate of strain = rate * G - past, Voigt [1/s]
     hinge_now: wp.array(dtype=float)  # (h,) angle, kept up to date as vertices move [rad]
     hinge_past: wp.array(dtype=float)  # (h,) rate of angle = rate * angle - past [rad/s]

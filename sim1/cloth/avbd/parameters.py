@@ -1,8 +1,9 @@
 """Numbers of the solver, and the paper's table of them."""
 
-import math
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, fields
+from typing import Any, Literal, get_args
+
+Integrator = Literal["implicit_euler", "bdf2"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,6 +19,10 @@ class SelfContact:
     share: float = 0.42  # beta: of the room to a neighbour that a vertex may use
     capacity_per_vertex: int = 24  # records; more pairs than that stop the simulation with an error
 
+    def __post_init__(self) -> None:
+        """Refuse what cannot be meant."""
+        _refuse(self, "radius_m", "search_m", "share", "capacity_per_vertex")
+
 
 @dataclass(frozen=True, kw_only=True)
 class AVBDConfig:
@@ -28,7 +33,7 @@ class AVBDConfig:
     """
 
     iterations: int = 10  # per step
-    integrator: Literal["implicit_euler", "bdf2"] = "implicit_euler"
+    integrator: Integrator = "implicit_euler"
     max_strain: float = 0.05  # xi; infinity: no limit
     compression_share: float = 1.0  # of compressive strain that makes stress; below 1: finer wrinkles than the mesh has
     strain_stiffness_n_m: float = 1.0e4  # of the penalty at first
@@ -46,13 +51,20 @@ class AVBDConfig:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be meant."""
-        low: dict[str, tuple[float, bool]] = {
-            "iterations": (1, True),
-            "max_strain": (0.0, True),
-            "strain_stiffness_n_m": (0.0, False),
-            "friction_speed_m_s": (0.0, False),
-        }
-        for name, (bound, allowed) in low.items():
-            value: Any = getattr(self, name)
-            if math.isnan(value) or value < bound or (value == bound and not allowed):
-                raise ValueError(f"{name} must be {'at least' if allowed else 'above'} {bound} (got {value})")
+        if self.integrator not in get_args(Integrator):
+            raise ValueError(f"integrator must be one of {get_args(Integrator)} (got {self.integrator!r})")
+        _refuse(self, "iterations", "strain_stiffness_n_m", "strain_stiffness_max_n_m", "friction_speed_m_s")
+
+
+def _refuse(numbers: Any, *above_zero: str) -> None:
+    """All numbers must be at least zero, those named above it.
+
+    Raises:
+        ValueError: one is not, or is not a number.
+    """
+    for field in fields(numbers):
+        value = getattr(numbers, field.name)
+        if isinstance(value, int | float):
+            positive = field.name in above_zero
+            if not (value > 0.0 if positive else value >= 0.0):
+                raise ValueError(f"{field.name} must be {'above' if positive else 'at least'} 0 (got {value})")

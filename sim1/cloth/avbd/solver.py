@@ -107,7 +107,16 @@ class SolverAVBD(SolverBase):
             wp.launch(
                 advance.guess,
                 dim=model.particle_count,
-                inputs=[sheet, now, int(self._search is None), dt, config.warm_acceleration_g, given[1], *world[2:]],
+                inputs=[
+                    sheet,
+                    now,
+                    self._solids,
+                    int(self._search is None),
+                    dt,
+                    config.warm_acceleration_g,
+                    given[1],
+                    *world[2:],
+                ],
             )
             self._sweep(numbers)
             wp.launch(

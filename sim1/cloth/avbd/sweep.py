@@ -79,7 +79,7 @@ def total(
         v = blocks.members[i]
         away = now.x[v] - now.start[v]
         if term < 0 or term == 0:
-            stiffness = sheet.mass[v] * step.inertia
+            stiffness = sheet.mass[v] * wp.where(now.fresh[v] != 0, 1.0 / (step.dt * step.dt), step.inertia)
             force -= stiffness * (now.x[v] - now.target[v])
             hessian += stiffness * wp.identity(n=3, dtype=float)
         if term < 0 or term == 1:
