@@ -12,6 +12,7 @@ SPEED_M_S = 0.5  # of the pulled corner, along x
 RAMP_S = 0.1  # it takes to get there
 type Kind = Literal[
     "SolverAVBD",
+    "SolverAVBD, vertices alone",  # as in the paper: without nested blocks
     "SolverVBD",
     "SolverStyle3D",
     "MuJoCo elastic",
@@ -70,7 +71,7 @@ def newton_solver(kind: str, model: Any, iterations: int, layers: "Layers | None
 
     from sim1.cloth.avbd import AVBDConfig, SelfContact, SolverAVBD
 
-    if kind == "SolverAVBD":
+    if kind.startswith("SolverAVBD"):
         contact = None
         if layers is not None:
             contact = SelfContact(
@@ -81,7 +82,9 @@ def newton_solver(kind: str, model: Any, iterations: int, layers: "Layers | None
                 damping_n_s_m=0.0,
                 friction=layers.friction,
             )
-        return SolverAVBD(model, AVBDConfig(iterations=iterations, self_contact=contact))
+        return SolverAVBD(
+            model, AVBDConfig(iterations=iterations, nested_blocks=kind == "SolverAVBD", self_contact=contact)
+        )
     if kind == "SolverStyle3D":
         solver = SolverStyle3D(model, config=SolverStyle3D.Config(iterations=iterations))
         solver.collision = None  # nothing touches anything in the pull; the others do not look either

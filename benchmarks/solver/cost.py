@@ -10,6 +10,7 @@ from benchmarks.solver.newton_run import NewtonRun
 from benchmarks.solver.stretch import rounded
 
 KINDS = ("SolverAVBD", "SolverVBD")
+FLAT = "SolverAVBD, vertices alone"
 STEPS_PER_S = 600
 PAIRS = 8  # of steps per measurement: 16 steps, a frame of the cell
 ROUNDS = 7
@@ -19,12 +20,14 @@ def without_contact(count: int = 40, iterations: int = 10, rounds: int = ROUNDS)
     """The pulled sheet of `count` x `count` vertices after a tenth of a second of being pulled by each."""
     cloth = scenes.square(count)
     runs = []
-    for kind in KINDS:
+    for kind in (*KINDS, FLAT):
         run = newton_pull(kind, cloth, iterations)
         run.advance(30)
         runs.append(run)
     seconds = in_turns([lambda run=run: measured(run) for run in runs], rounds)
-    return document("pulled sheet", cloth, iterations, seconds)
+    found = document("pulled sheet", cloth, iterations, seconds[:2])
+    found["ratio_vertices_alone"] = document("", cloth, iterations, [seconds[2], seconds[1]])["ratio"]
+    return found
 
 
 def with_contact(count: int = 32, iterations: int = 10, rounds: int = 5, settle_s: float = 0.6) -> dict[str, Any]:
@@ -39,7 +42,7 @@ def with_contact(count: int = 32, iterations: int = 10, rounds: int = 5, settle_
     cloth = scenes.folded(count, gap_m=0.005)
     found: dict[str, Any] = {}
     runs, points = {}, cloth.start_m
-    for kind in KINDS:
+    for kind in (*KINDS, FLAT):
         model = scenes.newton_model(cloth, table=True)
         pipeline = newton.CollisionPipeline(model, soft_contact_gap=0.005)
         contacts = pipeline.contacts()
@@ -57,7 +60,9 @@ def with_contact(count: int = 32, iterations: int = 10, rounds: int = 5, settle_
         runs[kind] = run
     for name, velocity in (("lying", None), ("sliding", np.array([0.5, 0.0, 0.0]))):
         measures = [lambda run=run, v=velocity: replaced(run, points, v) for run in runs.values()]
-        found[name] = document(f"folded sheet, {name}", cloth, iterations, in_turns(measures, rounds))
+        seconds = in_turns(measures, rounds)
+        found[name] = document(f"folded sheet, {name}", cloth, iterations, seconds[:2])
+        found[name]["ratio_vertices_alone"] = document("", cloth, iterations, [seconds[2], seconds[1]])["ratio"]
     gaps = facing_gaps_m(points, count)
     found["layers"] = {
         "radius_m": layers.radius_m,

@@ -24,7 +24,7 @@ class Blocks:
     triangles: wp.array(dtype=wp.int32)  # of which some corners, not all, are members
     slopes: wp.array(dtype=wp.vec2)  # change of the deformation gradient's columns with the block [1/m]
     hinges_from: wp.array(dtype=wp.int32)
-    hinges: wp.array(dtype=wp.vec2i)  # hinge, bits of the corners that are members
+    hinges: wp.array(dtype=wp.vec2i)  # hinge, its one corner that is a member, or minus the bits of several
     edges_from: wp.array(dtype=wp.int32)
     edges: wp.array(dtype=wp.vec3i)  # edge, end that is a member, other end
 
@@ -48,7 +48,8 @@ def blocks_of(sheet: Sheet, vertex_count: int, *, nested: bool) -> tuple[Blocks,
         rows["slopes"].append(np.einsum("nc,ncj->nj", bits, gradients[item]))
         owner, item, mask = _crossing(home[hinges])
         owners["hinges"].append(owner + start)
-        rows["hinges"].append(np.stack([item, mask], axis=1))
+        single = np.isin(mask, (1, 2, 4, 8))
+        rows["hinges"].append(np.stack([item, np.where(single, np.log2(mask).astype(int), -mask)], axis=1))
         owner, item, mask = _crossing(home[edges])
         inside = (mask == 2).astype(int)
         owners["edges"].append(owner + start)

@@ -126,17 +126,19 @@ def refresh_hinge(sheet: Sheet, now: Iterate, h: int):
 
 @wp.func
 def hinge_slope(now: Iterate, h: int, corners: int):
-    """Change of a hinge's angle when the corners of these bits move together [rad/m]."""
+    """Change of a hinge's angle with one corner, or with those of the bits of -`corners` together [rad/m]."""
+    if corners >= 0:
+        return now.hinge_slope[h, corners]
     slope = wp.vec3(0.0)
     for corner in range(4):
-        if (corners >> corner) & 1 != 0:
+        if (-corners >> corner) & 1 != 0:
             slope += now.hinge_slope[h, corner]
     return slope
 
 
 @wp.func
 def hinge(sheet: Sheet, now: Iterate, step: StepNumbers, h: int, corners: int):
-    """Force [N] and Gauss-Newton block [N/m] of hinge `h` on the corners of these bits: k (angle - rest) + c d(angle)/dt."""
+    """Force [N] and Gauss-Newton block [N/m] of hinge `h` on its corner or corners, see `hinge_slope`: k (angle - rest) + c d(angle)/dt."""
     slope = hinge_slope(now, h, corners)
     angle = now.hinge_now[h]
     moment = sheet.hinge_stiffness[h] * (angle - sheet.hinge_angle[h])

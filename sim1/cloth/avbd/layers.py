@@ -6,6 +6,7 @@ from sim1.cloth.avbd.iterate import Iterate
 from sim1.cloth.avbd.sheet import Sheet
 from sim1.cloth.avbd.touch import Guard, Touches, link, point_of
 
+NEAR = wp.constant(1.3)  # radii: pairs further apart than this at the start of a step do not push in it
 LEAST = wp.constant(0.1)  # of the distance found by a search that always stays
 
 
@@ -100,7 +101,7 @@ def refresh_layer(layers: Touches, now: Iterate, sweep: int, record: int):
         apart = point_of(vertex, weight, now.x)
         distance = wp.length(apart)
         if sweep == 0:
-            layers.near[record] = wp.where(distance < 2.0 * layers.offset[record], 1, 0)
+            layers.near[record] = wp.where(distance < NEAR * layers.offset[record], 1, 0)
             if layers.near[record] != 0:
                 link(vertex, record, layers.head, layers.after)
         layers.weight[record] = weight

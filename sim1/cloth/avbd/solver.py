@@ -187,10 +187,12 @@ class SolverAVBD(SolverBase):
                     inputs=[colour, sheet, self._blocks, now, self._layers, self._guard],
                 )
         for index in range(self.config.iterations):
-            wp.launch(sweep.sweep_hinges, dim=len(sheet.hinge), inputs=[sheet, now])
+            if index % 2 == 0:
+                wp.launch(sweep.sweep_hinges, dim=len(sheet.hinge), inputs=[sheet, now])
             if self._layers.capacity:
                 wp.launch(sweep.sweep_layers, dim=self._layers.capacity, inputs=[self._layers, now, index])
-            for colour in self._colours:
+            fine = len(self.model.particle_color_groups)
+            for colour in self._colours if index % 2 == 0 else self._colours[:fine]:
                 wp.launch(sweep.sweep_colour, dim=len(colour), inputs=[colour, *shared])
             wp.launch(sweep.sweep_limits, dim=len(sheet.edge), inputs=[sheet, now, numbers])
 

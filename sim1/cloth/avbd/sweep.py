@@ -10,6 +10,7 @@ from sim1.cloth.avbd.layers import refresh_layer
 from sim1.cloth.avbd.sheet import Sheet
 from sim1.cloth.avbd.touch import Guard, Touches, point_of, push
 
+SMALL_M = wp.constant(5.0e-6)  # a move below this that closes a contact does no harm
 TERMS = ("inertia", "effects", "membrane", "bending", "strain limit", "solid contact", "self-contact")
 
 
@@ -152,7 +153,8 @@ def settle(
     if movable(sheet, blocks, b):
         force, hessian = total(sheet, blocks, now, step, solids, layers, b, -1, wp.vec3(0.0))
         move = wp.inverse(hessian) * force
-        if closes(solids, now, blocks, b, move) or closes(layers, now, blocks, b, move):
+        size = wp.length(move)
+        if size > SMALL_M and (closes(solids, now, blocks, b, move) or closes(layers, now, blocks, b, move)):
             force, hessian = total(sheet, blocks, now, step, solids, layers, b, -1, move)
             move = wp.inverse(hessian) * force
         if not (wp.length(move) < 1.0e6):
@@ -196,15 +198,18 @@ def sweep_fused(
 ):
     """All iterations of a step in one launch: on a CPU a launch runs on one thread and costs more than many vertices."""
     count = blocks.level.shape[0]
+    vertex_count = now.x.shape[0]
     if guard.reach > 0.0:
         for b in range(count):
             follow(sheet, blocks, now, layers, guard, count - 1 - b)
     for sweep in range(iterations):
-        for h in range(sheet.hinge.shape[0]):
-            refresh_hinge(sheet, now, h)
+        if sweep % 2 == 0:  # between, angles follow the moves along the slopes of the sweep before
+            for h in range(sheet.hinge.shape[0]):
+                refresh_hinge(sheet, now, h)
         for record in range(wp.min(layers.count[0], layers.capacity)):
             refresh_layer(layers, now, sweep, record)
-        for b in range(count):
+        last = wp.where(sweep % 2 == 0, count, vertex_count)
+        for b in range(last):
             settle(sheet, blocks, now, step, solids, layers, guard, b)
         for e in range(sheet.edge.shape[0]):
             update_limit(sheet, now, step, e)
