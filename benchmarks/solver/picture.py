@@ -53,7 +53,7 @@ def _stretch(axis: Any, rows: list[dict[str, Any]]) -> None:
             strain = 100.0 * ((row["largest_stretch"] or np.inf) - 1.0)
             shown = min(max(strain, 0.1), 2e3)
             axis.barh(place, shown, color=colour(row["solver"]), height=0.75, left=0.0)
-            less = "" if row["simulated_s"] > 0.49 else f"  (after {row['simulated_s']:.1f} s)"
+            less = "" if row["simulated_s"] > 0.49 else f"  (after {row['simulated_s']:.2g} s)"
             axis.text(shown * 1.08, place, f"{strain:.3g} %{less}", va="center", size=8)
             ticks.append(place)
             names.append(label(row))

@@ -21,8 +21,8 @@ class CellConfig:
     compression_share: float = Field(
         0.02, gt=0, le=1
     )  # of compressive strain that makes stress: wrinkles below the mesh
-    self_margin_m: float = Field(0.003, gt=0)  # distance kept between two layers
-    self_search_m: float = Field(0.006, gt=0)  # detection looks this far around; see `top_speed_m_s`
+    self_margin_m: float = Field(0.002, gt=0)  # distance kept between two layers
+    self_search_m: float = Field(0.005, gt=0)  # detection looks this far around the expected motion
     self_contact: bool = True  # layers collide
     finger_surface_contact: bool = True  # fingers touch edges and faces of the cloth, not its vertices alone
     table_stiffness_n_m: float = 300.0  # penalty per vertex: sags 7 um under 0.2 g; stiffer makes friction too strong
@@ -36,8 +36,3 @@ class CellConfig:
     finger_thickness_m: float = 0.010  # along the tool's y; as in the URDF
     finger_rounding_m: float = 0.0015  # edges of a pad are round
     far_limit_m: float = 50.0  # a vertex further than this from the origin means that the simulation broke
-
-
-def top_speed_m_s(config: CellConfig) -> float:
-    """Speed that no vertex can exceed: with self-contact the solver cuts a substep's motion to a share of the search range."""
-    return PATH_SHARE * config.self_search_m * config.substeps / FRAME_S if config.self_contact else float("inf")

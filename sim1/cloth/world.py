@@ -61,6 +61,7 @@ class ClothWorld:
             state.particle_q.assign(positions)
             state.particle_qd.zero_()
             state.particle_f.zero_()
+        self._solver.reset(self._states[0])
         self.tools, self.gaps_m = np.array(tools, float), np.array(gaps_m, float)
         self.frame = 0
 

@@ -6,6 +6,7 @@ import numpy as np
 import warp as wp
 from avbd_sheets import Run
 
+from sim1.cloth.avbd.buffers import packed
 from sim1.cloth.avbd.elastic import hinge, limit, membrane, refresh_hinge
 from sim1.cloth.avbd.iterate import Iterate, StepNumbers
 from sim1.cloth.avbd.sheet import Sheet
@@ -13,10 +14,14 @@ from sim1.cloth.avbd.sheet import Sheet
 
 @wp.kernel(enable_backward=False)
 def _membranes(
-    sheet: Sheet, now: Iterate, step: StepNumbers, force: wp.array2d(dtype=wp.vec3), block: wp.array2d(dtype=wp.mat33)
+    sheet: wp.array(dtype=Sheet),
+    now: wp.array(dtype=Iterate),
+    step: StepNumbers,
+    force: wp.array2d(dtype=wp.vec3),
+    block: wp.array2d(dtype=wp.mat33),
 ):
     t, corner = wp.tid()
-    pose = sheet.triangle_pose[t]
+    pose = sheet[0].triangle_pose[t]
     slope = -(pose[0] + pose[1])
     if corner > 0:
         slope = pose[corner - 1]
@@ -27,23 +32,31 @@ def _membranes(
 
 @wp.kernel(enable_backward=False)
 def _hinges(
-    sheet: Sheet, now: Iterate, step: StepNumbers, force: wp.array2d(dtype=wp.vec3), block: wp.array2d(dtype=wp.mat33)
+    sheet: wp.array(dtype=Sheet),
+    now: wp.array(dtype=Iterate),
+    step: StepNumbers,
+    force: wp.array2d(dtype=wp.vec3),
+    block: wp.array2d(dtype=wp.mat33),
 ):
     h = wp.tid()
     refresh_hinge(sheet, now, h)
     for corner in range(4):
-        f, b = hinge(sheet, now, step, h, 1 << corner)
+        f, b = hinge(sheet, now, step, h, corner)
         force[h, corner] = f
         block[h, corner] = b
 
 
 @wp.kernel(enable_backward=False)
 def _limits(
-    sheet: Sheet, now: Iterate, step: StepNumbers, force: wp.array2d(dtype=wp.vec3), block: wp.array2d(dtype=wp.mat33)
+    sheet: wp.array(dtype=Sheet),
+    now: wp.array(dtype=Iterate),
+    step: StepNumbers,
+    force: wp.array2d(dtype=wp.vec3),
+    block: wp.array2d(dtype=wp.mat33),
 ):
     e, corner = wp.tid()
-    ends = sheet.edge[e]
-    f, h = limit(sheet, now, step, e, now.x[ends[corner]], now.x[ends[1 - corner]])
+    ends = sheet[0].edge[e]
+    f, h = limit(sheet, now, step, e, now[0].x[ends[corner]], now[0].x[ends[1 - corner]])
     force[e, corner] = f
     block[e, corner] = h
 
@@ -71,7 +84,7 @@ class Elements:
         now.x.assign(np.ascontiguousarray(x, dtype=np.float32))
         force = wp.zeros(self.corners.shape, dtype=wp.vec3, device="cpu")
         block = wp.zeros(self.corners.shape, dtype=wp.mat33, device="cpu")
-        inputs = [self.solver.sheet, now, self._step, force, block]
+        inputs = [packed(self.solver.sheet, Sheet), packed(now, Iterate), self._step, force, block]
         wp.launch(self._kernel, dim=self._dim, inputs=inputs, device="cpu")
         return force.numpy().astype(float), block.numpy().astype(float)
 

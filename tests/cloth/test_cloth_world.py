@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sim1.cloth.config import FRAME_S, GRAVITY_M_S2, CellConfig, top_speed_m_s
+from sim1.cloth.config import FRAME_S, GRAVITY_M_S2, CellConfig
 from sim1.cloth.garment import checked_mesh, grid_towel
 from sim1.cloth.model import build_model
 from sim1.cloth.physics import ClothPhysics, Friction, Property
@@ -51,11 +51,11 @@ def test_cloth_in_the_air_falls_as_galileo_says(world):
     assert fallen == pytest.approx(0.5 * GRAVITY_M_S2 * seconds * (seconds + step), rel=1e-3)
 
 
-def test_self_contact_caps_the_speed_where_the_configuration_says(world):
-    start = STRIP.rest_m + np.array([0, 0, 3.0])
+def test_self_contact_does_not_brake_cloth_that_falls_fast(world):
+    start = STRIP.rest_m + np.array([0, 0, 1.0])
     world.reset(start, PARKED, np.zeros(2))
     run(world, 12)
-    assert -world.garment_m_s[:, 2] == pytest.approx(top_speed_m_s(world.config), rel=0.01)
+    assert -world.garment_m_s[:, 2] == pytest.approx(GRAVITY_M_S2 * 12 * FRAME_S, rel=2e-3)
 
 
 def test_cloth_rests_one_contact_radius_above_the_table(world):

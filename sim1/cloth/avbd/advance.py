@@ -17,8 +17,8 @@ ACTIVE = wp.constant(wp.int32(int(newton.ParticleFlags.ACTIVE)))
 
 @wp.kernel(enable_backward=False)
 def begin_step(
-    sheet: Sheet,
-    now: Iterate,
+    sheet: wp.array(dtype=Sheet),
+    now: wp.array(dtype=Iterate),
     second_order: int,
     dt: float,
     position: wp.array(dtype=wp.vec3),
@@ -32,41 +32,41 @@ def begin_step(
     """Take over a state, and where inertia, gravity and given loads alone would carry each vertex."""
     v = wp.tid()
     at = position[v]
-    now.fresh[v] = 0
-    if not (wp.length(at - now.x[v]) == 0.0):  # put there from outside, or the first step: no history
-        now.fresh[v] = 1  # its step is one of implicit Euler: BDF2 would take its acceleration so far for zero
-        now.before[v] = at - dt * speed[v]
-        now.before_speed[v] = speed[v]
-    now.start[v] = at
-    now.x[v] = at
-    now.expected[v] = speed[v]
+    now[0].fresh[v] = 0
+    if not (wp.length(at - now[0].x[v]) == 0.0):  # put there from outside, or the first step: no history
+        now[0].fresh[v] = 1  # its step is one of implicit Euler: BDF2 would take its acceleration so far for zero
+        now[0].before[v] = at - dt * speed[v]
+        now[0].before_speed[v] = speed[v]
+    now[0].start[v] = at
+    now[0].x[v] = at
+    now[0].expected[v] = speed[v]
     if second_order != 0:
-        now.expected[v] = 2.0 * speed[v] - now.before_speed[v]
-    now.force[v] = wp.vec3(0.0)
-    now.slope[v] = wp.mat33(0.0)
+        now[0].expected[v] = 2.0 * speed[v] - now[0].before_speed[v]
+    now[0].force[v] = wp.vec3(0.0)
+    now[0].slope[v] = wp.mat33(0.0)
     movable = wp.int32(0)
     if (flags[v] & ACTIVE) != 0 and inverse_mass[v] > 0.0:
         movable = wp.int32(1)
-    sheet.movable[v] = movable
+    sheet[0].movable[v] = movable
     pull = gravity[wp.max(world[v], 0)] + load[v] * inverse_mass[v]
-    if second_order != 0 and now.fresh[v] == 0:
-        now.target[v] = (
+    if second_order != 0 and now[0].fresh[v] == 0:
+        now[0].target[v] = (
             at
-            + (at - now.before[v]) / 3.0
-            + (2.0 * dt / 3.0) * (4.0 * speed[v] - now.before_speed[v]) / 3.0
+            + (at - now[0].before[v]) / 3.0
+            + (2.0 * dt / 3.0) * (4.0 * speed[v] - now[0].before_speed[v]) / 3.0
             + (4.0 * dt * dt / 9.0) * pull
         )
     else:
-        now.target[v] = at + dt * speed[v] + dt * dt * pull
+        now[0].target[v] = at + dt * speed[v] + dt * dt * pull
     if movable == 0:
-        now.target[v] = at
+        now[0].target[v] = at
 
 
 @wp.kernel(enable_backward=False)
 def guess(
-    sheet: Sheet,
-    now: Iterate,
-    solids: Touches,
+    sheet: wp.array(dtype=Sheet),
+    now: wp.array(dtype=Iterate),
+    solids: wp.array(dtype=Touches),
     free: int,
     dt: float,
     keep: float,
@@ -79,25 +79,25 @@ def guess(
     `free`: nothing is in the way, the wish is fulfilled at once.
     """
     v = wp.tid()
-    at = now.start[v]
-    if sheet.movable[v] != 0:
+    at = now[0].start[v]
+    if sheet[0].movable[v] != 0:
         down = gravity[wp.max(world[v], 0)]
         strength = wp.dot(down, down)
         felt = float(0.0)
         if strength > 0.0:
-            felt = wp.clamp(wp.dot(speed[v] - now.before_speed[v], down) / strength, 0.0, dt * keep)
-            if now.fresh[v] != 0 and solids.head[v] < 0:
+            felt = wp.clamp(wp.dot(speed[v] - now[0].before_speed[v], down) / strength, 0.0, dt * keep)
+            if now[0].fresh[v] != 0 and solids[0].head[v] < 0:
                 felt = dt * wp.min(keep, 1.0)  # nothing known of it yet: free fall, unless it lies on something
         at = at + dt * (speed[v] + felt * down)
-    now.wish[v] = at
+    now[0].wish[v] = at
     if free != 0:
-        now.x[v] = at
+        now[0].x[v] = at
 
 
 @wp.kernel(enable_backward=False)
 def begin_elements(
-    sheet: Sheet,
-    now: Iterate,
+    sheet: wp.array(dtype=Sheet),
+    now: wp.array(dtype=Iterate),
     second_order: int,
     dt: float,
     limit: float,
@@ -107,39 +107,41 @@ def begin_elements(
 ):
     """Histories of strain and angle, and the decay of the strain limit's multipliers."""
     i = wp.tid()
-    if i < sheet.triangle.shape[0]:
-        if sheet.triangle_viscosity[i] > 0.0:
-            f1, f2 = frame(sheet, now.start, i)
+    if i < sheet[0].triangle.shape[0]:
+        if sheet[0].triangle_viscosity[i] > 0.0:
+            f1, f2 = frame(sheet, now[0].start, i)
             past = green_strain(f1, f2) / dt
             if second_order != 0:
-                g1, g2 = frame(sheet, now.before, i)
+                g1, g2 = frame(sheet, now[0].before, i)
                 past = 2.0 * past - green_strain(g1, g2) / (2.0 * dt)
-            now.triangle_past[i] = past
-    if i < sheet.hinge.shape[0]:
-        v = sheet.hinge[i]
+            now[0].triangle_past[i] = past
+    if i < sheet[0].hinge.shape[0]:
+        v = sheet[0].hinge[i]
         turn = 6.283185307179586
-        angle, _a, _b, _c, _d = bend(now.start[v[0]], now.start[v[1]], now.start[v[2]], now.start[v[3]])
-        angle += turn * wp.round((now.hinge_now[i] - angle) / turn)
-        now.hinge_now[i] = angle
-        if sheet.hinge_damping[i] > 0.0:
+        angle, _a, _b, _c, _d = bend(now[0].start[v[0]], now[0].start[v[1]], now[0].start[v[2]], now[0].start[v[3]])
+        angle += turn * wp.round((now[0].hinge_now[i] - angle) / turn)
+        now[0].hinge_now[i] = angle
+        if sheet[0].hinge_damping[i] > 0.0:
             past_angle = angle / dt
             if second_order != 0:
-                older, _e, _f, _g, _h = bend(now.before[v[0]], now.before[v[1]], now.before[v[2]], now.before[v[3]])
+                older, _e, _f, _g, _h = bend(
+                    now[0].before[v[0]], now[0].before[v[1]], now[0].before[v[2]], now[0].before[v[3]]
+                )
                 older += turn * wp.round((angle - older) / turn)
                 past_angle = 2.0 * past_angle - older / (2.0 * dt)
-            now.hinge_past[i] = past_angle
-    if i < sheet.edge.shape[0]:
-        ends = sheet.edge[i]
-        excess = wp.length(now.start[ends[0]] - now.start[ends[1]]) - limit * sheet.edge_length[i]
-        now.edge_excess[i] = wp.max(excess, 0.0)
-        now.edge_force[i] = force_decay * now.edge_force[i]
-        now.edge_stiffness[i] = wp.max(first_stiffness, stiffness_decay * now.edge_stiffness[i])
+            now[0].hinge_past[i] = past_angle
+    if i < sheet[0].edge.shape[0]:
+        ends = sheet[0].edge[i]
+        excess = wp.length(now[0].start[ends[0]] - now[0].start[ends[1]]) - limit * sheet[0].edge_length[i]
+        now[0].edge_excess[i] = wp.max(excess, 0.0)
+        now[0].edge_force[i] = force_decay * now[0].edge_force[i]
+        now[0].edge_stiffness[i] = wp.max(first_stiffness, stiffness_decay * now[0].edge_stiffness[i])
 
 
 @wp.kernel(enable_backward=False)
 def end_step(
-    sheet: Sheet,
-    now: Iterate,
+    sheet: wp.array(dtype=Sheet),
+    now: wp.array(dtype=Iterate),
     second_order: int,
     dt: float,
     speed: wp.array(dtype=wp.vec3),
@@ -148,16 +150,16 @@ def end_step(
 ):
     """Velocities from the positions, and the history of the next step."""
     v = wp.tid()
-    at = now.x[v]
-    start = now.start[v]
+    at = now[0].x[v]
+    start = now[0].start[v]
     was = speed[v]
-    if sheet.movable[v] != 0:
-        if second_order != 0 and now.fresh[v] == 0:
-            speed_out[v] = (3.0 * (at - start) - (start - now.before[v])) / (2.0 * dt)
+    if sheet[0].movable[v] != 0:
+        if second_order != 0 and now[0].fresh[v] == 0:
+            speed_out[v] = (3.0 * (at - start) - (start - now[0].before[v])) / (2.0 * dt)
         else:
             speed_out[v] = (at - start) / dt
     else:
         speed_out[v] = was
     position_out[v] = at
-    now.before[v] = start
-    now.before_speed[v] = was
+    now[0].before[v] = start
+    now[0].before_speed[v] = was

@@ -10,6 +10,11 @@ from sim1.cloth.avbd.sheet import Sheet
 from sim1.cloth.avbd.touch import Guard, Touches
 
 
+def packed(struct: Any, kind: Any) -> wp.array:
+    """A struct as an array of one, which is how functions take it: a struct itself would be copied whole at every call."""
+    return wp.array([struct], dtype=kind)
+
+
 def new_iterate(vertex_count: int, sheet: Sheet, config: AVBDConfig) -> Iterate:
     """Unknowns without a history: the positions are not a number, so that every vertex counts as newly put."""
     now = Iterate()

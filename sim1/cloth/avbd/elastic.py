@@ -12,13 +12,13 @@ from sim1.cloth.avbd.sheet import Sheet
 
 
 @wp.func
-def frame(sheet: Sheet, x: wp.array(dtype=wp.vec3), t: int):
+def frame(sheet: wp.array(dtype=Sheet), x: wp.array(dtype=wp.vec3), t: int):
     """Columns of the deformation gradient of a triangle, 3 x 2."""
-    tri = sheet.triangle[t]
+    tri = sheet[0].triangle[t]
     origin = x[tri[0]]
     first = x[tri[1]] - origin
     second = x[tri[2]] - origin
-    pose = sheet.triangle_pose[t]
+    pose = sheet[0].triangle_pose[t]
     return first * pose[0, 0] + second * pose[1, 0], first * pose[0, 1] + second * pose[1, 1]
 
 
@@ -53,27 +53,27 @@ def slackened(law: wp.mat33, strain: wp.vec3, share: float):
 
 
 @wp.func
-def membrane(sheet: Sheet, now: Iterate, step: StepNumbers, t: int, slope: wp.vec2):
+def membrane(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), step: StepNumbers, t: int, slope: wp.vec2):
     """Force [N] and Hessian block [N/m] of triangle `t` on what moves F's columns by `slope`: S = C G + 4 kd dG/dt, f = -A F S b."""
-    f1, f2 = frame(sheet, now.x, t)
+    f1, f2 = frame(sheet, now[0].x, t)
     b1 = slope[0]
     b2 = slope[1]
     strain = green_strain(f1, f2)
-    law = sheet.triangle_law[t]
+    law = sheet[0].triangle_law[t]
     stress = law * strain
-    if sheet.slack < 1.0:
-        stress = slackened(law, strain, sheet.slack)
-    viscosity = 4.0 * sheet.triangle_viscosity[t]
+    if sheet[0].slack < 1.0:
+        stress = slackened(law, strain, sheet[0].slack)
+    viscosity = 4.0 * sheet[0].triangle_viscosity[t]
     l00 = law[0, 0]
     l11 = law[1, 1]
     l22 = law[2, 2]
     if viscosity > 0.0:
-        speed = step.rate * strain - now.triangle_past[t]
+        speed = step.rate * strain - now[0].triangle_past[t]
         stress += viscosity * wp.vec3(speed[0], speed[1], 0.5 * speed[2])
         l00 += viscosity * step.rate
         l11 += viscosity * step.rate
         l22 += 0.5 * viscosity * step.rate
-    area = sheet.triangle_area[t]
+    area = sheet[0].triangle_area[t]
     force = -area * (f1 * (stress[0] * b1 + stress[2] * b2) + f2 * (stress[2] * b1 + stress[1] * b2))
     tension = area * wp.max(stress[0] * b1 * b1 + 2.0 * stress[2] * b1 * b2 + stress[1] * b2 * b2, 0.0)
     p = b1 * f1
@@ -111,70 +111,72 @@ def bend(a: wp.vec3, b: wp.vec3, c: wp.vec3, d: wp.vec3):
 
 
 @wp.func
-def refresh_hinge(sheet: Sheet, now: Iterate, h: int):
+def refresh_hinge(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), h: int):
     """Linearise the angle of a hinge at the present positions, on the branch nearest to its angle so far."""
-    v = sheet.hinge[h]
-    angle, ga, gb, gc, gd = bend(now.x[v[0]], now.x[v[1]], now.x[v[2]], now.x[v[3]])
+    v = sheet[0].hinge[h]
+    angle, ga, gb, gc, gd = bend(now[0].x[v[0]], now[0].x[v[1]], now[0].x[v[2]], now[0].x[v[3]])
     turn = 6.283185307179586
-    angle += turn * wp.round((now.hinge_now[h] - angle) / turn)
-    now.hinge_now[h] = angle
-    now.hinge_slope[h, 0] = ga
-    now.hinge_slope[h, 1] = gb
-    now.hinge_slope[h, 2] = gc
-    now.hinge_slope[h, 3] = gd
+    angle += turn * wp.round((now[0].hinge_now[h] - angle) / turn)
+    now[0].hinge_now[h] = angle
+    now[0].hinge_slope[h, 0] = ga
+    now[0].hinge_slope[h, 1] = gb
+    now[0].hinge_slope[h, 2] = gc
+    now[0].hinge_slope[h, 3] = gd
 
 
 @wp.func
-def hinge_slope(now: Iterate, h: int, corners: int):
+def hinge_slope(now: wp.array(dtype=Iterate), h: int, corners: int):
     """Change of a hinge's angle with one corner, or with those of the bits of -`corners` together [rad/m]."""
     if corners >= 0:
-        return now.hinge_slope[h, corners]
+        return now[0].hinge_slope[h, corners]
     slope = wp.vec3(0.0)
     for corner in range(4):
         if (-corners >> corner) & 1 != 0:
-            slope += now.hinge_slope[h, corner]
+            slope += now[0].hinge_slope[h, corner]
     return slope
 
 
 @wp.func
-def hinge(sheet: Sheet, now: Iterate, step: StepNumbers, h: int, corners: int):
+def hinge(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), step: StepNumbers, h: int, corners: int):
     """Force [N] and Gauss-Newton block [N/m] of hinge `h` on its corner or corners, see `hinge_slope`: k (angle - rest) + c d(angle)/dt."""
     slope = hinge_slope(now, h, corners)
-    angle = now.hinge_now[h]
-    moment = sheet.hinge_stiffness[h] * (angle - sheet.hinge_angle[h])
-    stiffness = sheet.hinge_stiffness[h]
-    damping = sheet.hinge_damping[h]
+    angle = now[0].hinge_now[h]
+    moment = sheet[0].hinge_stiffness[h] * (angle - sheet[0].hinge_angle[h])
+    stiffness = sheet[0].hinge_stiffness[h]
+    damping = sheet[0].hinge_damping[h]
     if damping > 0.0:
-        moment += damping * (step.rate * angle - now.hinge_past[h])
+        moment += damping * (step.rate * angle - now[0].hinge_past[h])
         stiffness += damping * step.rate
     return -moment * slope, wp.outer(stiffness * slope, slope)
 
 
 @wp.func
-def limit(sheet: Sheet, now: Iterate, step: StepNumbers, e: int, at: wp.vec3, other: wp.vec3):
+def limit(
+    sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), step: StepNumbers, e: int, at: wp.vec3, other: wp.vec3
+):
     """Force [N] and block [N/m] of the strain limit on the end `at` of edge `e`: f = -(lambda + k C) n, pulling only."""
     apart = at - other
     length = wp.max(wp.length(apart), 1.0e-12)
-    excess = length - step.limit * sheet.edge_length[e] - step.regularization * now.edge_excess[e]
-    pull = now.edge_force[e] + now.edge_stiffness[e] * excess
+    excess = length - step.limit * sheet[0].edge_length[e] - step.regularization * now[0].edge_excess[e]
+    pull = now[0].edge_force[e] + now[0].edge_stiffness[e] * excess
     force = wp.vec3(0.0)
     block = wp.mat33(0.0)
     if pull > 0.0:
         along = apart / length
         across = wp.identity(n=3, dtype=float) - wp.outer(along, along)
         force = -pull * along
-        block = now.edge_stiffness[e] * wp.outer(along, along) + (pull / length) * across
+        block = now[0].edge_stiffness[e] * wp.outer(along, along) + (pull / length) * across
     return force, block
 
 
 @wp.func
-def update_limit(sheet: Sheet, now: Iterate, step: StepNumbers, e: int):
+def update_limit(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), step: StepNumbers, e: int):
     """Dual step of the strain limit: lambda += share k C, k += growth |C| while it pulls."""
-    ends = sheet.edge[e]
-    length = wp.length(now.x[ends[0]] - now.x[ends[1]])
-    excess = length - step.limit * sheet.edge_length[e] - step.regularization * now.edge_excess[e]
-    pull = wp.max(0.0, now.edge_force[e] + step.edge_share * now.edge_stiffness[e] * excess)
-    now.edge_force[e] = pull
+    ends = sheet[0].edge[e]
+    length = wp.length(now[0].x[ends[0]] - now[0].x[ends[1]])
+    excess = length - step.limit * sheet[0].edge_length[e] - step.regularization * now[0].edge_excess[e]
+    pull = wp.max(0.0, now[0].edge_force[e] + step.edge_share * now[0].edge_stiffness[e] * excess)
+    now[0].edge_force[e] = pull
     if pull > 0.0:
-        grown = now.edge_stiffness[e] + step.edge_growth * wp.abs(excess)
-        now.edge_stiffness[e] = wp.min(step.edge_stiffness_max, grown)
+        grown = now[0].edge_stiffness[e] + step.edge_growth * wp.abs(excess)
+        now[0].edge_stiffness[e] = wp.min(step.edge_stiffness_max, grown)

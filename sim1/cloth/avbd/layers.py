@@ -93,21 +93,33 @@ def weights_of(vertex: wp.vec4i, first_side: int, x: wp.array(dtype=wp.vec3)):
 
 
 @wp.func
-def refresh_layer(layers: Touches, now: Iterate, sweep: int, record: int):
+def refresh_layer(layers: wp.array(dtype=Touches), now: wp.array(dtype=Iterate), sweep: int, record: int):
     """Nearest points and direction of a pair at the present positions; after the first sweep only of those that are near."""
-    if sweep == 0 or layers.near[record] != 0:
-        vertex = layers.vertex[record]
-        weight = weights_of(vertex, layers.first_side[record], now.x)
-        apart = point_of(vertex, weight, now.x)
+    if sweep == 0 or layers[0].near[record] != 0:
+        vertex = layers[0].vertex[record]
+        weight = weights_of(vertex, layers[0].first_side[record], now[0].x)
+        apart = point_of(vertex, weight, now[0].x)
         distance = wp.length(apart)
         if sweep == 0:
-            layers.near[record] = wp.where(distance < NEAR * layers.offset[record], 1, 0)
-            if layers.near[record] != 0:
-                link(vertex, record, layers.head, layers.after)
-        layers.weight[record] = weight
+            layers[0].near[record] = wp.where(distance < NEAR * layers[0].offset[record], 1, 0)
+            if layers[0].near[record] != 0:
+                link(vertex, record, layers[0].head, layers[0].after)
+        layers[0].weight[record] = weight
         if distance > 1.0e-6:
-            layers.normal[record] = apart / distance
-        layers.anchor[record] = point_of(vertex, weight, now.start)
+            layers[0].normal[record] = apart / distance
+        layers[0].anchor[record] = point_of(vertex, weight, now[0].start)
+
+
+@wp.func
+def swept_low(now: wp.array(dtype=Iterate), v: int, dt: float):
+    """Lower corner of the box around a vertex on its way through the step."""
+    return wp.min(now[0].start[v], now[0].start[v] + dt * now[0].expected[v])
+
+
+@wp.func
+def swept_high(now: wp.array(dtype=Iterate), v: int, dt: float):
+    """Upper corner of the box around a vertex on its way through the step."""
+    return wp.max(now[0].start[v], now[0].start[v] + dt * now[0].expected[v])
 
 
 @wp.func
@@ -115,81 +127,89 @@ def consider(
     vertex: wp.vec4i,
     first_side: int,
     rest: wp.array(dtype=wp.vec3),
-    now: Iterate,
+    now: wp.array(dtype=Iterate),
     numbers: LayerNumbers,
-    guard: Guard,
-    layers: Touches,
+    guard: wp.array(dtype=Guard),
+    layers: wp.array(dtype=Touches),
+    dt: float,
 ):
-    """Make a record of a pair that is near now and was not at rest."""
-    weight = weights_of(vertex, first_side, now.start)
-    apart = point_of(vertex, weight, now.start)
+    """Make a record of a pair that is near now, or will be at its present speed, and was not at rest."""
+    weight = weights_of(vertex, first_side, now[0].start)
+    apart = point_of(vertex, weight, now[0].start)
     distance = wp.length(apart)
-    if distance < guard.reach and distance > 1.0e-9:
+    closing = float(0.0)
+    for i in range(first_side):
+        for j in range(first_side, 4):
+            apart_then = now[0].expected[vertex[i]] - now[0].expected[vertex[j]]
+            closing = wp.max(closing, dt * wp.length(apart_then))
+    if distance < guard[0].reach + closing and distance > 1.0e-9:
         still = point_of(vertex, weights_of(vertex, first_side, rest), rest)
         if wp.length(still) > numbers.rest_exclusion:
-            record = wp.atomic_add(layers.count, 0, 1)
-            if record < layers.capacity:
+            record = wp.atomic_add(layers[0].count, 0, 1)
+            if record < layers[0].capacity:
                 normal = apart / distance
-                layers.vertex[record] = vertex
-                layers.weight[record] = weight
-                layers.normal[record] = normal
-                layers.offset[record] = numbers.radius
-                layers.anchor[record] = point_of(vertex, weight, now.start)
-                layers.stiffness[record] = numbers.stiffness
-                layers.damping[record] = numbers.damping
-                layers.friction[record] = numbers.friction
-                layers.shape[record] = -1
-                layers.first_side[record] = first_side
-                layers.near[record] = 1
-                layers.parting[record] = normal
-                layers.least[record] = LEAST * distance
+                layers[0].vertex[record] = vertex
+                layers[0].weight[record] = weight
+                layers[0].normal[record] = normal
+                layers[0].offset[record] = numbers.radius
+                layers[0].anchor[record] = point_of(vertex, weight, now[0].start)
+                layers[0].stiffness[record] = numbers.stiffness
+                layers[0].damping[record] = numbers.damping
+                layers[0].friction[record] = numbers.friction
+                layers[0].shape[record] = -1
+                layers[0].first_side[record] = first_side
+                layers[0].near[record] = 1
+                layers[0].parting[record] = normal
+                layers[0].least[record] = LEAST * distance
                 for slot in range(4):
-                    wp.atomic_min(guard.room, vertex[slot], 0.5 * (1.0 - LEAST) * distance)
-                link(vertex, record, layers.wide_head, layers.wide_after)
+                    wp.atomic_min(guard[0].room, vertex[slot], 0.5 * (1.0 - LEAST) * distance)
+                link(vertex, record, layers[0].wide_head, layers[0].wide_after)
 
 
 @wp.kernel(enable_backward=False)
-def decide_search(now: Iterate, guard: Guard, due: wp.array(dtype=wp.int32)):
+def decide_search(now: wp.array(dtype=Iterate), guard: wp.array(dtype=Guard), due: wp.array(dtype=wp.int32)):
     """A new search is due when a move was cut, or would be in this step."""
     v = wp.tid()
-    if guard.cut[0] > 0 or wp.length(now.target[v] - guard.seen[v]) > guard.share * guard.reach:
+    if guard[0].cut[0] > 0 or wp.length(now[0].target[v] - guard[0].seen[v]) > guard[0].share * guard[0].reach:
         due[0] = 1
 
 
 @wp.kernel(enable_backward=False)
 def begin_search(
-    now: Iterate,
+    now: wp.array(dtype=Iterate),
     due: wp.array(dtype=wp.int32),
-    guard: Guard,
-    layers: Touches,
+    guard: wp.array(dtype=Guard),
+    layers: wp.array(dtype=Touches),
     triangle: wp.array(dtype=wp.vec3i),
     edge: wp.array(dtype=wp.vec2i),
     triangle_low: wp.array(dtype=wp.vec3),
     triangle_high: wp.array(dtype=wp.vec3),
     edge_low: wp.array(dtype=wp.vec3),
     edge_high: wp.array(dtype=wp.vec3),
+    dt: float,
 ):
     """Empty the lists and take the boxes of triangles and edges where a search is due."""
     i = wp.tid()
     if due[0] != 0:
         if i == 0:
-            layers.count[0] = 0
-            guard.cut[0] = 0
-        if i < layers.head.shape[0]:
-            guard.seen[i] = now.start[i]
-            guard.room[i] = guard.share * guard.reach
-            layers.wide_head[i] = -1
+            layers[0].count[0] = 0
+            guard[0].cut[0] = 0
+        if i < layers[0].head.shape[0]:
+            guard[0].seen[i] = now[0].start[i] + dt * now[0].expected[i]
+            guard[0].room[i] = guard[0].share * guard[0].reach
+            layers[0].wide_head[i] = -1
         if i < triangle.shape[0]:
             t = triangle[i]
-            a = now.start[t[0]]
-            b = now.start[t[1]]
-            c = now.start[t[2]]
-            triangle_low[i] = wp.min(a, wp.min(b, c))
-            triangle_high[i] = wp.max(a, wp.max(b, c))
+            triangle_low[i] = wp.min(
+                swept_low(now, t[0], dt), wp.min(swept_low(now, t[1], dt), swept_low(now, t[2], dt))
+            )
+            triangle_high[i] = wp.max(
+                swept_high(now, t[0], dt), wp.max(swept_high(now, t[1], dt), swept_high(now, t[2], dt))
+            )
         if i < edge.shape[0]:
             ends = edge[i]
-            edge_low[i] = wp.min(now.start[ends[0]], now.start[ends[1]])
-            edge_high[i] = wp.max(now.start[ends[0]], now.start[ends[1]])
+            edge_low[i] = wp.min(swept_low(now, ends[0], dt), swept_low(now, ends[1], dt))
+            edge_high[i] = wp.max(swept_high(now, ends[0], dt), swept_high(now, ends[1], dt))
 
 
 @wp.kernel(enable_backward=False)
@@ -197,24 +217,27 @@ def find_vertex_triangle(
     due: wp.array(dtype=wp.int32),
     tree: wp.uint64,
     world: wp.array(dtype=wp.int32),
-    sheet: Sheet,
+    sheet: wp.array(dtype=Sheet),
     rest: wp.array(dtype=wp.vec3),
-    now: Iterate,
+    now: wp.array(dtype=Iterate),
     numbers: LayerNumbers,
-    guard: Guard,
-    layers: Touches,
+    guard: wp.array(dtype=Guard),
+    layers: wp.array(dtype=Touches),
+    dt: float,
 ):
     """Triangles near a vertex that do not hold it."""
     v = wp.tid()
     if due[0] != 0:
-        around = wp.vec3(guard.reach)
+        around = wp.vec3(guard[0].reach)
         root = wp.bvh_get_group_root(tree, world[v])
-        query = wp.bvh_query_aabb(tree, now.start[v] - around, now.start[v] + around, root)
+        a = now[0].start[v]
+        b = a + dt * now[0].expected[v]
+        query = wp.bvh_query_aabb(tree, wp.min(a, b) - around, wp.max(a, b) + around, root)
         t = wp.int32(0)
         while wp.bvh_query_next(query, t):
-            tri = sheet.triangle[t]
+            tri = sheet[0].triangle[t]
             if tri[0] != v and tri[1] != v and tri[2] != v:
-                consider(wp.vec4i(v, tri[0], tri[1], tri[2]), 1, rest, now, numbers, guard, layers)
+                consider(wp.vec4i(v, tri[0], tri[1], tri[2]), 1, rest, now, numbers, guard, layers, dt)
 
 
 @wp.kernel(enable_backward=False)
@@ -222,25 +245,26 @@ def find_edge_edge(
     due: wp.array(dtype=wp.int32),
     tree: wp.uint64,
     world: wp.array(dtype=wp.int32),
-    sheet: Sheet,
+    sheet: wp.array(dtype=Sheet),
     rest: wp.array(dtype=wp.vec3),
-    now: Iterate,
+    now: wp.array(dtype=Iterate),
     numbers: LayerNumbers,
-    guard: Guard,
-    layers: Touches,
+    guard: wp.array(dtype=Guard),
+    layers: wp.array(dtype=Touches),
+    dt: float,
 ):
     """Edges near an edge that share no end with it, each pair once."""
     e = wp.tid()
     if due[0] != 0:
-        ends = sheet.edge[e]
-        around = wp.vec3(guard.reach)
-        a = now.start[ends[0]]
-        b = now.start[ends[1]]
+        ends = sheet[0].edge[e]
+        around = wp.vec3(guard[0].reach)
+        low = wp.min(swept_low(now, ends[0], dt), swept_low(now, ends[1], dt))
+        high = wp.max(swept_high(now, ends[0], dt), swept_high(now, ends[1], dt))
         root = wp.bvh_get_group_root(tree, world[ends[0]])
-        query = wp.bvh_query_aabb(tree, wp.min(a, b) - around, wp.max(a, b) + around, root)
+        query = wp.bvh_query_aabb(tree, low - around, high + around, root)
         o = wp.int32(0)
         while wp.bvh_query_next(query, o):
             if o > e:
-                other = sheet.edge[o]
+                other = sheet[0].edge[o]
                 if other[0] != ends[0] and other[0] != ends[1] and other[1] != ends[0] and other[1] != ends[1]:
-                    consider(wp.vec4i(ends[0], ends[1], other[0], other[1]), 2, rest, now, numbers, guard, layers)
+                    consider(wp.vec4i(ends[0], ends[1], other[0], other[1]), 2, rest, now, numbers, guard, layers, dt)

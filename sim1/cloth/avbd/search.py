@@ -6,10 +6,9 @@ import numpy as np
 import warp as wp
 
 from sim1.cloth.avbd import layers
-from sim1.cloth.avbd.iterate import Iterate
+from sim1.cloth.avbd.buffers import packed
 from sim1.cloth.avbd.parameters import SelfContact
 from sim1.cloth.avbd.sheet import Sheet
-from sim1.cloth.avbd.touch import Guard, Touches
 
 
 class LayerSearch:
@@ -17,6 +16,7 @@ class LayerSearch:
 
     def __init__(self, model: Any, sheet: Sheet, settings: SelfContact) -> None:
         self._sheet, self._count = sheet, model.particle_count
+        self._packed = packed(sheet, Sheet)
         self._rest = wp.clone(model.particle_q)
         self._due = wp.ones(1, dtype=wp.int32)
         world = np.maximum(model.particle_world.numpy(), 0).astype(np.int32)
@@ -39,18 +39,18 @@ class LayerSearch:
         for tree in self._trees:
             tree.rebuild()
 
-    def run(self, now: Iterate, guard: Guard, touches: Touches) -> None:
-        """Search around `now.start` if it is due; else leave the records as they are."""
+    def run(self, now: wp.array, guard: wp.array, touches: wp.array, dt: float) -> None:
+        """Search around the start of the step if it is due; else leave the records as they are."""
         sheet, due = self._sheet, self._due
         wp.launch(layers.decide_search, dim=self._count, inputs=[now, guard, due])
         wp.launch(
             layers.begin_search,
             dim=max(self._count, len(sheet.triangle), len(sheet.edge)),
-            inputs=[now, due, guard, touches, sheet.triangle, sheet.edge, *self._boxes],
+            inputs=[now, due, guard, touches, sheet.triangle, sheet.edge, *self._boxes, dt],
         )
         for tree in self._trees:
             tree.refit()
-        shared = [self._world, sheet, self._rest, now, self._numbers, guard, touches]
+        shared = [self._world, self._packed, self._rest, now, self._numbers, guard, touches, dt]
         triangles, edges = self._trees
         wp.launch(layers.find_vertex_triangle, dim=self._count, inputs=[due, triangles.id, *shared])
         wp.launch(layers.find_edge_edge, dim=len(sheet.edge), inputs=[due, edges.id, *shared])

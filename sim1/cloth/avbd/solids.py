@@ -27,12 +27,12 @@ def collect_solids(
     body_then: wp.array(dtype=wp.transform),
     body_now: wp.array(dtype=wp.transform),
     dt: float,
-    now: Iterate,
-    solids: Touches,
+    now: wp.array(dtype=Iterate),
+    solids: wp.array(dtype=Touches),
 ):
     """Material is the shape's own: its values are of the pair with cloth, as in the paper's table, not mixed again."""
     c = wp.tid()
-    if c < wp.min(contact_count[0], solids.capacity):
+    if c < wp.min(contact_count[0], solids[0].capacity):
         s = shape[c]
         body = shape_body[s]
         before = wp.transform_identity()
@@ -50,23 +50,23 @@ def collect_solids(
             thick = wp.max(thick, radius[corner[1]])
         if corner[2] >= 0:
             thick = wp.max(thick, radius[corner[2]])
-        solids.vertex[c] = vertex
-        solids.weight[c] = weight
-        solids.normal[c] = normal[c]
-        solids.offset[c] = wp.dot(normal[c], point) + thick + shape_margin[s]
-        solids.anchor[c] = point_of(vertex, weight, now.start) + carried
-        solids.stiffness[c] = stiffness[s]
-        solids.damping[c] = damping[s]
-        solids.friction[c] = friction[s]
-        solids.shape[c] = s
-        link(vertex, c, solids.head, solids.after)
+        solids[0].vertex[c] = vertex
+        solids[0].weight[c] = weight
+        solids[0].normal[c] = normal[c]
+        solids[0].offset[c] = wp.dot(normal[c], point) + thick + shape_margin[s]
+        solids[0].anchor[c] = point_of(vertex, weight, now[0].start) + carried
+        solids[0].stiffness[c] = stiffness[s]
+        solids[0].damping[c] = damping[s]
+        solids[0].friction[c] = friction[s]
+        solids[0].shape[c] = s
+        link(vertex, c, solids[0].head, solids[0].after)
 
 
 @wp.kernel(enable_backward=False)
 def push_back(
-    now: Iterate,
+    now: wp.array(dtype=Iterate),
     step: StepNumbers,
-    solids: Touches,
+    solids: wp.array(dtype=Touches),
     contact_count: wp.array(dtype=wp.int32),
     shape_body: wp.array(dtype=wp.int32),
     body_q: wp.array(dtype=wp.transform),
@@ -75,11 +75,11 @@ def push_back(
 ):
     """What the cloth does to the bodies: force [N] and torque about the centre of mass [N m], world frame."""
     c = wp.tid()
-    if c < wp.min(contact_count[0], solids.capacity):
-        body = shape_body[solids.shape[c]]
+    if c < wp.min(contact_count[0], solids[0].capacity):
+        body = shape_body[solids[0].shape[c]]
         if body >= 0:
             force, _block = push(solids, now, step, c, wp.vec3(0.0))
-            point = point_of(solids.vertex[c], solids.weight[c], now.x)
+            point = point_of(solids[0].vertex[c], solids[0].weight[c], now[0].x)
             centre = wp.transform_point(body_q[body], body_com[body])
             wp.atomic_add(wrench, body, wp.spatial_vector(-force, wp.cross(point - centre, -force)))
 

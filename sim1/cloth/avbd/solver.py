@@ -7,12 +7,13 @@ import warp as wp
 from newton.solvers import SolverBase
 
 from sim1.cloth.avbd import advance, solids, sweep
-from sim1.cloth.avbd.blocks import blocks_of
-from sim1.cloth.avbd.buffers import new_guard, new_iterate, new_touches
-from sim1.cloth.avbd.iterate import StepNumbers
+from sim1.cloth.avbd.blocks import Blocks, blocks_of
+from sim1.cloth.avbd.buffers import new_guard, new_iterate, new_touches, packed
+from sim1.cloth.avbd.iterate import Iterate, StepNumbers
 from sim1.cloth.avbd.parameters import AVBDConfig
 from sim1.cloth.avbd.search import LayerSearch
-from sim1.cloth.avbd.sheet import sheet_of
+from sim1.cloth.avbd.sheet import Sheet, sheet_of
+from sim1.cloth.avbd.touch import Guard, Touches
 
 if TYPE_CHECKING:
     from sim1.cloth.effects import Effect
@@ -25,6 +26,18 @@ class Broken:
     vertex: int
     term: str  # inertia, effects, membrane, bending, strain limit, solid contact, self-contact; "their sum"
     step: int  # counted by the solver since it was made, or by the replays of a captured graph
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """The solver's structs as kernels take them."""
+
+    sheet: wp.array
+    blocks: wp.array
+    now: wp.array
+    solids: wp.array
+    layers: wp.array
+    guard: wp.array
 
 
 class SolverAVBD(SolverBase):
@@ -71,6 +84,7 @@ class SolverAVBD(SolverBase):
             self._search = LayerSearch(model, self.sheet, layers) if layers else None
             self._blocks, coarse = blocks_of(self.sheet, model.particle_count, nested=self.config.nested_blocks)
             self._colours = [*model.particle_color_groups, *(wp.array(ids, dtype=wp.int32) for ids in coarse)]
+            self._pack()
             self._wrench = wp.zeros(max(model.body_count, 1), dtype=wp.spatial_vector)
             self._scratch = model.state() if moves_bodies else None
 
@@ -78,10 +92,12 @@ class SolverAVBD(SolverBase):
         """Read materials and masses of the model anew; not within a captured graph."""
         with wp.ScopedDevice(self.model.device):
             self._read_model()
+            self._pack()
 
     def step(self, state_in: Any, state_out: Any, control: Any, contacts: Any, dt: float) -> None:
         """Advance `state_in` to `state_out` by `dt` [s]; `contacts` of the collision pipeline or None. Can be captured."""
-        model, sheet, now, config = self.model, self.sheet, self.now, self.config
+        model, config, given_sheet = self.model, self.config, self.sheet
+        sheet, now = self._args.sheet, self._args.now
         numbers = self._numbers(dt)
         given = [state_in.particle_q, state_in.particle_qd, state_in.particle_f]
         world = [model.particle_inv_mass, model.particle_flags, model.gravity, model.particle_world]
@@ -94,12 +110,12 @@ class SolverAVBD(SolverBase):
                 inputs=[sheet, now, self._second_order, dt, *given, *world],
             )
             if self._search is not None:
-                self._search.run(now, self._guard, self._layers)
+                self._search.run(now, self._args.guard, self._args.layers, dt)
             self._collect(contacts, state_in, state_out, dt)
             decays = [config.strain_stiffness_n_m, config.strain_force_decay, config.strain_stiffness_decay]
             wp.launch(
                 advance.begin_elements,
-                dim=max(len(sheet.triangle), len(sheet.hinge), len(sheet.edge)),
+                dim=max(len(given_sheet.triangle), len(given_sheet.hinge), len(given_sheet.edge)),
                 inputs=[sheet, now, self._second_order, dt, numbers.limit, *decays],
             )
             for effect in self.effects:
@@ -110,7 +126,7 @@ class SolverAVBD(SolverBase):
                 inputs=[
                     sheet,
                     now,
-                    self._solids,
+                    self._args.solids,
                     int(self._search is None),
                     dt,
                     config.warm_acceleration_g,
@@ -128,6 +144,22 @@ class SolverAVBD(SolverBase):
             if self.moves_bodies and contacts is not None:
                 self._feel_cloth(contacts, state_out, numbers)
         self._step += 1
+
+    def reset(self, state: Any, world_mask: Any = None, flags: Any = None) -> None:
+        """Forget all history; for a cloth that is put somewhere else. One world alone cannot be reset.
+
+        Raises:
+            ValueError: `world_mask` is given.
+        """
+        if world_mask is not None:
+            raise ValueError("world_mask: SolverAVBD resets all worlds at once; pass None")
+        now = self.now
+        now.x.fill_(wp.vec3(float("nan")))
+        wp.copy(now.hinge_now, self.sheet.hinge_angle)
+        now.edge_force.zero_()
+        now.edge_stiffness.fill_(self.config.strain_stiffness_n_m)
+        now.broken.zero_()
+        self._guard.cut.fill_(1)
 
     def rebuild_bvh(self) -> None:
         """Build the search trees of the self-contact anew, now and then; refitting alone makes them slow as cloth folds."""
@@ -160,6 +192,16 @@ class SolverAVBD(SolverBase):
         for effect in self.effects:
             effect.shape(self)
 
+    def _pack(self) -> None:
+        self._args = Arguments(
+            sheet=packed(self.sheet, Sheet),
+            blocks=packed(self._blocks, Blocks),
+            now=packed(self.now, Iterate),
+            solids=packed(self._solids, Touches),
+            layers=packed(self._layers, Touches),
+            guard=packed(self._guard, Guard),
+        )
+
     def _numbers(self, dt: float) -> StepNumbers:
         config = self.config
         numbers = StepNumbers()
@@ -173,9 +215,9 @@ class SolverAVBD(SolverBase):
         return numbers
 
     def _sweep(self, numbers: StepNumbers) -> None:
-        sheet, now = self.sheet, self.now
+        args = self._args
         self._layers.head.fill_(-1)
-        shared = [sheet, self._blocks, now, numbers, self._solids, self._layers, self._guard]
+        shared = [args.sheet, args.blocks, args.now, numbers, args.solids, args.layers, args.guard]
         if self.fused:
             wp.launch(sweep.sweep_fused, dim=1, inputs=[*shared, self.config.iterations])
             return
@@ -184,17 +226,17 @@ class SolverAVBD(SolverBase):
                 wp.launch(
                     sweep.follow_colour,
                     dim=len(colour),
-                    inputs=[colour, sheet, self._blocks, now, self._layers, self._guard],
+                    inputs=[colour, args.sheet, args.blocks, args.now, args.layers, args.guard],
                 )
         for index in range(self.config.iterations):
             if index % 2 == 0:
-                wp.launch(sweep.sweep_hinges, dim=len(sheet.hinge), inputs=[sheet, now])
+                wp.launch(sweep.sweep_hinges, dim=len(self.sheet.hinge), inputs=[args.sheet, args.now])
             if self._layers.capacity:
-                wp.launch(sweep.sweep_layers, dim=self._layers.capacity, inputs=[self._layers, now, index])
+                wp.launch(sweep.sweep_layers, dim=self._layers.capacity, inputs=[args.layers, args.now, index])
             fine = len(self.model.particle_color_groups)
             for colour in self._colours if index % 2 == 0 else self._colours[:fine]:
                 wp.launch(sweep.sweep_colour, dim=len(colour), inputs=[colour, *shared])
-            wp.launch(sweep.sweep_limits, dim=len(sheet.edge), inputs=[sheet, now, numbers])
+            wp.launch(sweep.sweep_limits, dim=len(self.sheet.edge), inputs=[args.sheet, args.now, numbers])
 
     def _collect(self, contacts: Any, state_in: Any, state_out: Any, dt: float) -> None:
         self._solids.head.fill_(-1)
@@ -203,6 +245,7 @@ class SolverAVBD(SolverBase):
         model = self.model
         if self._solids.capacity < contacts.soft_contact_max:
             self._solids = new_touches(model.particle_count, contacts.soft_contact_max)
+            self._pack()
         names = ("count", "indices", "barycentric", "shape", "body_pos", "body_vel", "normal")
         found = [getattr(contacts, f"soft_contact_{name}") for name in names]
         material = [model.shape_body, model.shape_margin, model.shape_material_ke, model.shape_material_kd]
@@ -210,7 +253,7 @@ class SolverAVBD(SolverBase):
         wp.launch(
             solids.collect_solids,
             dim=self._solids.capacity,
-            inputs=[*found, *material, state_in.body_q, state_out.body_q, dt, self.now, self._solids],
+            inputs=[*found, *material, state_in.body_q, state_out.body_q, dt, self._args.now, self._args.solids],
         )
 
     def _move_bodies(self, state_in: Any, state_out: Any, dt: float) -> None:
@@ -232,6 +275,6 @@ class SolverAVBD(SolverBase):
         wp.launch(
             solids.push_back,
             dim=self._solids.capacity,
-            inputs=[self.now, numbers, self._solids, contacts.soft_contact_count, *bodies],
+            inputs=[self._args.now, numbers, self._args.solids, contacts.soft_contact_count, *bodies],
             outputs=[self._wrench],
         )

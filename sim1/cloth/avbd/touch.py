@@ -37,9 +37,9 @@ class Touches:
 class Guard:
     """What keeps layers from passing through each other between two searches."""
 
-    reach: float  # distance looked at by the search [m]; 0: no self-contact
+    reach: float  # distance from the expected motion that the search looked at [m]; 0: no self-contact
     share: float  # of the room to a neighbour that a move may use
-    seen: wp.array(dtype=wp.vec3)  # (v,) positions at the last search [m]
+    seen: wp.array(dtype=wp.vec3)  # (v,) where the last search expected the vertex after its step [m]
     room: wp.array(dtype=float)  # (v,) a way this long needs no look at the neighbours [m]
     cut: wp.array(dtype=wp.int32)  # (1,) moves that were cut since
 
@@ -67,26 +67,26 @@ def link(vertex: wp.vec4i, record: int, head: wp.array(dtype=wp.int32), after: w
 
 
 @wp.func
-def push(touches: Touches, now: Iterate, step: StepNumbers, record: int, move: wp.vec3):
+def push(touches: wp.array(dtype=Touches), now: wp.array(dtype=Iterate), step: StepNumbers, record: int, move: wp.vec3):
     """Force [N] and block [N/m] at the point of a record: penalty, damping of approach, regularised Coulomb friction.
 
     An open contact that `move` of the point would close counts as closed already, pulling by as much as it is open: with the
     Newton step of an energy that sets in only at the contact a vertex would fall through it and be thrown back for ever.
     Friction follows mu N (2 s - s^2) with s = slip speed / `friction_speed` up to 1 (Li et al. 2020, eq. 13).
     """
-    normal = touches.normal[record]
-    point = point_of(touches.vertex[record], touches.weight[record], now.x)
-    depth = touches.offset[record] - wp.dot(normal, point)
+    normal = touches[0].normal[record]
+    point = point_of(touches[0].vertex[record], touches[0].weight[record], now[0].x)
+    depth = touches[0].offset[record] - wp.dot(normal, point)
     force = wp.vec3(0.0)
     block = wp.mat33(0.0)
     if wp.max(depth, depth - wp.dot(normal, move)) > 0.0:
         along = wp.outer(normal, normal)
-        stiffness = touches.stiffness[record]
+        stiffness = touches[0].stiffness[record]
         load = stiffness * depth
-        moved = point - touches.anchor[record]
+        moved = point - touches[0].anchor[record]
         approach = wp.dot(normal, moved)
         if approach < 0.0:
-            damping = touches.damping[record] / step.dt
+            damping = touches[0].damping[record] / step.dt
             load -= damping * approach
             stiffness += damping
         force = load * normal
@@ -100,7 +100,7 @@ def push(touches: Touches, now: Iterate, step: StepNumbers, record: int, move: w
             ratio = 1.0 / distance
         else:
             ratio = (2.0 - distance / smooth) / smooth
-        grip = touches.friction[record] * load * ratio
+        grip = touches[0].friction[record] * load * ratio
         force -= grip * slip
         block += grip * (wp.identity(n=3, dtype=float) - along)
     return force, block
