@@ -4,6 +4,8 @@ Arms follow their commands up to their speed limits and act on the cloth through
 push the arms back (position-controlled arms, cloth of some grams).
 """
 
+from pathlib import Path
+
 import numpy as np
 
 from sim1.cloth.config import FRAME_S, CellConfig
@@ -24,13 +26,22 @@ FINGER_SPEED_M_S = 0.2  # limit of the finger joints in the URDF
 class Cell:
     """`reset`, then `step` once per 1/30 s. Same inputs give the same bytes on CPU."""
 
-    def __init__(self, garment: GarmentMesh, scene: Scene, physics: ClothPhysics, config: CellConfig) -> None:
+    def __init__(
+        self,
+        garment: GarmentMesh,
+        scene: Scene,
+        physics: ClothPhysics,
+        config: CellConfig,
+        *,
+        broken_to: Path | None = None,
+    ) -> None:
+        """The cell at home; `broken_to` (.npz) takes the last states when the simulation breaks."""
         if abs(scene.table_top_m) > 1e-9:
             raise BadInput(f"scene: table.top_m is {scene.table_top_m}, the world frame has it at 0")
         self.garment, self.scene, self.physics, self.config = garment, scene, physics, config
         self.arms = tuple(Arm.from_urdf(scene.urdf) for _ in ARMS)
         size = (float(scene.table_size_m[0]), float(scene.table_size_m[1]))
-        self._world = ClothWorld(garment, physics, config, table_size_m=size)
+        self._world = ClothWorld(garment, physics, config, table_size_m=size, broken_to=broken_to)
         home = np.stack([scene.home_rad[name] for name in ARMS])
         self.reset(scene.place_garment(garment.vertices_m), home, np.ones(2))
 

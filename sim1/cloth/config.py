@@ -14,7 +14,7 @@ BODIES_PER_ARM = 3  # palm and two fingers, in this order
 class CellConfig:
     """Numerics and contact of the simulated cell."""
 
-    substeps: int = Field(16, ge=2, multiple_of=2)  # per 1/30 s; even, so that the two states end where they began
+    substeps: int = Field(8, ge=2, multiple_of=2)  # per 1/30 s; even, so that the two states end where they began
     iterations: int = Field(5, ge=1)  # per substep
     contact_radius_m: float = Field(0.002, gt=0)  # distance kept between the cloth's middle surface and solids
     max_strain: float = Field(0.05, gt=0)  # no edge gets longer than this share of its rest length

@@ -3,6 +3,10 @@
 The layer below the robot cell: it knows tool poses and finger gaps, not arms.
 """
 
+import json
+from collections import deque
+from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,12 +16,14 @@ from sim1.cloth.garment import GarmentMesh
 from sim1.cloth.model import build_model, contacts_of, solver_of
 from sim1.cloth.physics import ClothPhysics
 
+KEPT_FRAMES = 5  # states kept for the day the simulation breaks
+
 
 class SimulationBroke(RuntimeError):
-    """The cloth's state is not a number, or flew away."""
+    """The cloth's state is not a number, or flew away, or layers were nearer to each other than the solver has room for."""
 
-    def __init__(self, frame: int, vertex: int, position: np.ndarray) -> None:
-        super().__init__(f"simulation broke at frame {frame}: vertex {vertex} is at {np.asarray(position).tolist()}")
+    def __init__(self, frame: int, vertex: int, what: str) -> None:
+        super().__init__(f"simulation broke at frame {frame}: {what}")
         self.frame, self.vertex = frame, vertex
 
 
@@ -32,11 +38,15 @@ class ClothWorld:
         *,
         table_size_m: tuple[float, float] = (0.8, 1.2),
         device: str = "cpu",
+        broken_to: Path | None = None,
     ) -> None:
+        """A world at rest; `broken_to` (.npz) takes the last states and all parameters when the simulation breaks."""
         import warp as wp
 
         wp.config.log_level = wp.LOG_ERROR
         self._wp, self.config, self.garment, self.device = wp, config, garment, device
+        self._physics, self._broken_to = physics, broken_to
+        self._kept: deque[dict[str, np.ndarray]] = deque(maxlen=KEPT_FRAMES)
         self._dt = FRAME_S / config.substeps
         with wp.ScopedDevice(device):
             self._model = build_model(garment, physics, config, table_size_m)
@@ -64,6 +74,7 @@ class ClothWorld:
         self._solver.reset(self._states[0])
         self.tools, self.gaps_m = np.array(tools, float), np.array(gaps_m, float)
         self.frame = 0
+        self._kept.clear()
 
     def push(self, velocity_m_s: np.ndarray) -> None:
         """Give the whole cloth this velocity (3,), after a reset; for experiments on friction and damping."""
@@ -99,11 +110,35 @@ class ClothWorld:
         self._wp.capture_launch(self._graph)
         self.tools, self.gaps_m = np.array(tools, float), np.array(gaps_m, float)
         self.frame += 1
+        self._watch()
+
+    def _watch(self) -> None:
+        """Keep the state, or raise SimulationBroke with the vertex and the term that broke first."""
         positions = self._states[0].particle_q.numpy()
+        self._kept.append(
+            {"garment_m": positions.copy(), "garment_m_s": self.garment_m_s, "tools": self.tools, "gaps_m": self.gaps_m}
+        )
         bad = ~(np.abs(positions) < self.config.far_limit_m).all(axis=1)
-        if bad.any():
-            vertex = int(np.flatnonzero(bad)[0])
-            raise SimulationBroke(self.frame, vertex, positions[vertex])
+        vertex = int(np.argmax(bad))
+        what = f"vertex {vertex} is at {positions[vertex].tolist()}" if bad.any() else ""
+        try:
+            broken = self._solver.broken()
+        except RuntimeError as error:
+            what = str(error)
+        else:
+            if broken is not None:
+                vertex = broken.vertex
+                what = f"the step of vertex {vertex} is not a number, first in the term {broken.term!r}"
+        if what:
+            raise SimulationBroke(self.frame, vertex, what + self._written())
+
+    def _written(self) -> str:
+        if self._broken_to is None:
+            return ""
+        kept = {name: np.stack([state[name] for state in self._kept]) for name in self._kept[0]}
+        parameters = json.dumps({"cell": asdict(self.config), "physics": asdict(self._physics)}, sort_keys=True)
+        np.savez(self._broken_to, **kept, faces=self.garment.faces, rest_m=self.garment.rest_m, parameters=parameters)
+        return f"; the last {len(self._kept)} frames and all parameters are in {self._broken_to.name}"
 
     def _record(self, tools: np.ndarray) -> Any:
         """Record the launches of one frame: replaying them takes 0.6 of the time of launching from Python, same bytes."""

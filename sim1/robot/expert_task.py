@@ -53,7 +53,7 @@ class Limits:
     keypoint_error_m: float = 0.06  # worst grasped point from its ideal place, on the table
     area_excess: float = 0.12  # silhouette area above the ideal one, share of the area at the start
     height_m: float = 0.08  # of the highest vertex at the end
-    speed_m_s: float = 0.05  # of the fastest vertex at the end
+    speed_m_s: float = 0.05  # at the end, 99th percentile over vertices
     stretch: float = 1.35  # longest ratio of edge length to rest length, 99th percentile over edges
     lifted_m: float = 0.03  # a grasp that never lifted its point this high missed
 

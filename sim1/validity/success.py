@@ -48,7 +48,7 @@ def judge(garment_m: np.ndarray, faces: np.ndarray, task: Task) -> Judgement:
         "area_ratio": float(last.sum() / max(first.sum(), 1)),
         "ideal_area_ratio": float(wanted.sum() / max(first.sum(), 1)),
         "height_m": float(end[:, 2].max()),
-        "speed_m_s": float(np.linalg.norm(end - before, axis=1).max() / duration),
+        "speed_m_s": float(np.percentile(np.linalg.norm(end - before, axis=1), 99) / duration),
         "lowest_m": float(end[:, 2].min()),
         "stretch": _stretch(garment_m, faces),
         "lifted_m": float((garment_m[:, grasped, 2].max(axis=0) - start[grasped, 2]).min()),

@@ -163,3 +163,20 @@ def test_a_mesh_with_a_face_without_area_is_refused():
     flat = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0]], float)
     with pytest.raises(BadInput, match="area"):
         checked_mesh(flat, np.array([[0, 1, 2]]), flat)
+
+
+def test_what_broke_first_is_named_and_the_last_states_are_kept(tmp_path):
+    path = tmp_path / "broken.npz"
+    world = ClothWorld(STRIP, CLOTH, CellConfig(self_contact=False), broken_to=path)
+    world.reset(STRIP.rest_m + np.array([0, 0, 0.3]), PARKED, np.zeros(2))
+    run(world, 2)
+    law = world._solver.sheet.triangle_law
+    spoiled = law.numpy()
+    spoiled[3] = np.nan
+    law.assign(spoiled)
+    with pytest.raises(SimulationBroke, match=r"'membrane'.*last 3 frames.*broken\.npz") as error:
+        run(world, 1)
+    assert error.value.vertex in STRIP.faces[3]
+    with np.load(path) as kept:
+        assert kept["garment_m"].shape == (3, *STRIP.rest_m.shape)
+        assert '"max_strain": 0.05' in str(kept["parameters"])

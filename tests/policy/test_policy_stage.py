@@ -57,7 +57,7 @@ class ObedientCell:
         self.commands.append(np.concatenate([joints_rad, openness[:, None]], axis=1).ravel())
         self.frame += 1
         if self.frame == self.breaks_at:
-            raise SimulationBroke(self.frame, 0, np.full(3, np.nan))
+            raise SimulationBroke(self.frame, 0, "vertex 0 is lost")
 
 
 def start() -> Start:
