@@ -11,6 +11,7 @@ wp.config.log_level = wp.LOG_ERROR
 import newton  # noqa: E402
 
 from sim1.cloth.avbd import AVBDConfig, SolverAVBD  # noqa: E402
+from sim1.cloth.effects import Effect  # noqa: E402
 from sim1.cloth.garment import checked_mesh, grid_towel  # noqa: E402
 from sim1.cloth.model import hinge_stiffness  # noqa: E402
 
@@ -90,9 +91,18 @@ def edge_stretch(model: Any, x: np.ndarray) -> np.ndarray:
 class Run:
     """A cloth on its way: `step` advances it; the model must be complete before this is made."""
 
-    def __init__(self, model: Any, dt: float, touching: bool = False, **config: Any) -> None:
+    def __init__(
+        self,
+        model: Any,
+        dt: float,
+        touching: bool = False,
+        effects: tuple[Effect, ...] = (),
+        moves_bodies: bool = False,
+        **config: Any,
+    ) -> None:
         self.model, self.dt = model, dt
-        self.solver = SolverAVBD(model, AVBDConfig(**{**UNLIMITED, **config}))
+        numbers = AVBDConfig(**{**UNLIMITED, **config})
+        self.solver = SolverAVBD(model, numbers, effects=effects, moves_bodies=moves_bodies)
         self.now, self.then = model.state(), model.state()
         self.pipeline = newton.CollisionPipeline(model, soft_contact_gap=0.005) if touching else None
         self.contacts = self.pipeline.contacts() if touching else None

@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+from avbd_sheets import G, Run, cloth, hold, square_grid
+
+from sim1.cloth.effects import EFFECTS, AirDrag, AnisotropicStretch, effects_of
+from sim1.stage import BadInput
+
+DENSITY = 0.2
+POINTS, FACES = square_grid(6, 6, 0.02)
+
+
+@pytest.mark.parametrize("integrator", ["implicit_euler", "bdf2"])
+def test_a_flat_sheet_falls_in_air_as_a_plate_with_that_drag_coefficient(integrator):
+    drag = AirDrag(c_normal=10.0)
+    run = Run(cloth(POINTS, FACES, density=DENSITY), 1 / 1000, effects=(drag,), integrator=integrator)
+    terminal = np.sqrt(2 * DENSITY * G / (1.2 * drag.c_normal))
+    fallen = -run.trace(300, lambda now: now.v[:, 2].mean())
+    seconds = np.arange(301) / 1000
+    assert fallen == pytest.approx(terminal * np.tanh(G * seconds / terminal), abs=0.01 * terminal)
+
+
+def test_air_drag_that_would_throw_an_explicit_step_back_only_brakes():
+    run = Run(cloth(POINTS, FACES, density=DENSITY), 1 / 60, effects=(AirDrag(c_normal=500.0),))
+    speeds = run.put(v=np.array([0.0, 0.0, -5.0])).trace(60, lambda now: now.v[:, 2].mean())
+    assert (speeds < 0).all()
+    assert speeds[-1] == pytest.approx(-np.sqrt(2 * DENSITY * G / (1.2 * 500.0)), rel=0.02)
+
+
+def test_a_sheet_that_moves_in_its_plane_feels_the_skin_drag_alone():
+    still_air = {"gravity": (0.0, 0.0, 0.0), "density": DENSITY}
+    kept = Run(cloth(POINTS, FACES, **still_air), 1 / 240, effects=(AirDrag(c_normal=5.0),))
+    braked = Run(cloth(POINTS, FACES, **still_air), 1 / 240, effects=(AirDrag(c_normal=0.0, c_tangential=5.0),))
+    start = np.array([2.0, 0.0, 0.0])
+    assert kept.put(v=start).step(60).v[:, 0] == pytest.approx(2.0, abs=1e-3)
+    slowed = 2.0 / (1 + 0.5 * 1.2 * 5.0 * 2.0 * 0.25 / DENSITY)  # dv/dt = -rho c v^2 / (2 density)
+    assert braked.put(v=start).step(60).v[:, 0].mean() == pytest.approx(slowed, rel=0.02)
+
+
+def hanging_extension(effects: tuple, along: int) -> float:
+    """Lengthening of a sheet (8 x 8 cm) that hangs by the edge across axis `along` of its rest shape."""
+    points, faces = square_grid(9, 9, 0.01)
+    gravity = [0.0, 0.0, 0.0]
+    gravity[along] = -G
+    model = cloth(points, faces, gravity=tuple(gravity), density=2.0, tri_ke=100.0, tri_ka=0.0)
+    hold(model, points[:, along] > 0.0799)
+    run = Run(model, 10.0, effects=effects, iterations=300, warm_acceleration_g=0.0)
+    for _ in range(3):
+        run.put(v=np.zeros(3)).step()
+    return float(-run.x[points[:, along] < 1e-9, along].mean())
+
+
+def test_warp_and_weft_stretch_in_the_ratio_of_their_stiffnesses():
+    ratio = 4.0
+    plain = hanging_extension((), 0)
+    along_warp = hanging_extension((AnisotropicStretch(ratio_warp_weft=ratio),), 0)
+    along_weft = hanging_extension((AnisotropicStretch(ratio_warp_weft=ratio),), 1)
+    turned = hanging_extension((AnisotropicStretch(ratio_warp_weft=ratio, warp=(0.0, 1.0, 0.0)),), 1)
+    assert along_weft / along_warp == pytest.approx(ratio, rel=0.03)
+    assert np.sqrt(along_weft * along_warp) == pytest.approx(plain, rel=0.03)
+    assert turned == pytest.approx(along_warp, rel=0.03)
+
+
+def test_effects_of_a_model_file_are_read_by_name_and_the_unknown_is_refused_by_name():
+    drag = {"name": "air_drag", "parameters": {"c_normal": {"value": 1.7, "ci95": [1.5, 1.9], "unit": "1"}}}
+    assert effects_of((drag,)) == (AirDrag(c_normal=1.7),)
+    with pytest.raises(BadInput, match="'gremlins' is not an effect"):
+        effects_of(({"name": "gremlins", "parameters": {}},))
+    with pytest.raises(BadInput, match=r"air_drag has unknown parameters \['c_normla'\]"):
+        effects_of(({"name": "air_drag", "parameters": {"c_normla": {"value": 1.0}}},))
+    with pytest.raises(BadInput, match="c_normal"):
+        effects_of(({"name": "air_drag", "parameters": {"c_normal": {"value": -1.0}}},))
+    with pytest.raises(BadInput, match="c_normal"):
+        effects_of(({"name": "air_drag", "parameters": {}},))
+
+
+def test_every_effect_says_how_it_shows_and_where_its_formula_comes_from():
+    for name, effect in EFFECTS.items():
+        assert effect.name == name
+        assert len(effect.signature) > 30
+        assert len(effect.source) > 10
