@@ -29,7 +29,7 @@ class CellConfig:
     robot_stiffness_n_m: float = 1.5e3  # rubber pads: yield 1 mm at 1.5 N per vertex
     self_stiffness_n_m: float = 2.0e2  # gentle, layers are light
     contact_damping_n_s_m: float = 0.2  # per vertex, takes the bounce out of landings
-    friction_speed_m_s: float = 2.0e-3  # sticking creeps below this speed (regularised Coulomb)
+    friction_speed_m_s: float = 5.0e-4  # sticking creeps below this speed (regularised Coulomb)
     closed_gap_m: float = Field(0.002, gt=0)  # left between closed pads: their rubber; holds the cloth by its yield
     finger_length_m: float = 0.060  # along the tool's x, ends at the tool's origin; as in the URDF
     finger_width_m: float = 0.022  # along the tool's z; as in the URDF

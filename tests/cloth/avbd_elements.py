@@ -9,7 +9,7 @@ from avbd_sheets import Run
 from sim1.cloth.avbd.buffers import packed
 from sim1.cloth.avbd.elastic import hinge, limit, membrane, refresh_hinge
 from sim1.cloth.avbd.iterate import Iterate, StepNumbers
-from sim1.cloth.avbd.sheet import Sheet
+from sim1.cloth.avbd.sheet import Part, Sheet
 
 
 @wp.kernel(enable_backward=False)
@@ -21,11 +21,17 @@ def _membranes(
     block: wp.array2d(dtype=wp.mat33),
 ):
     t, corner = wp.tid()
-    pose = sheet[0].triangle_pose[t]
-    slope = -(pose[0] + pose[1])
+    part = Part()
+    part.triangle = t
+    part.corner = sheet[0].triangle[t]
+    part.pose = sheet[0].triangle_pose[t]
+    part.slope = -(part.pose[0] + part.pose[1])
     if corner > 0:
-        slope = pose[corner - 1]
-    f, h = membrane(sheet, now, step, t, slope)
+        part.slope = part.pose[corner - 1]
+    part.area = sheet[0].triangle_area[t]
+    part.viscosity = sheet[0].triangle_viscosity[t]
+    part.law = sheet[0].triangle_law[t]
+    f, h = membrane(part, sheet[0].slack, now, step)
     force[t, corner] = f
     block[t, corner] = h
 
@@ -39,9 +45,9 @@ def _hinges(
     block: wp.array2d(dtype=wp.mat33),
 ):
     h = wp.tid()
-    refresh_hinge(sheet, now, h)
+    refresh_hinge(sheet, now, step, h)
     for corner in range(4):
-        f, b = hinge(sheet, now, step, h, corner)
+        f, b = hinge(now, h, corner)
         force[h, corner] = f
         block[h, corner] = b
 

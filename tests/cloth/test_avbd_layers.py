@@ -43,7 +43,8 @@ def test_a_sheet_thrown_on_a_held_one_does_not_pass_through_it(speed_m_s):
 
 def test_layers_that_travel_together_are_not_braked_by_their_nearness():
     points, faces = two_sheets(0.0005)
-    run = Run(cloth(points, faces, gravity=(0.0, 0.0, 0.0)), 1 / 240, self_contact=LAYERS, iterations=5)
+    soft = SelfContact(radius_m=0.003, search_m=0.006, stiffness_n_m=0.0)  # nothing pushes, only passing is forbidden
+    run = Run(cloth(points, faces, gravity=(0.0, 0.0, 0.0)), 1 / 240, self_contact=soft, iterations=5)
     direction = np.array([1.0, 0.5, 2.0])
     run.put(v=direction)
     start = run.x.mean(axis=0)

@@ -109,10 +109,10 @@ def begin_elements(
     i = wp.tid()
     if i < sheet[0].triangle.shape[0]:
         if sheet[0].triangle_viscosity[i] > 0.0:
-            f1, f2 = frame(sheet, now[0].start, i)
+            f1, f2 = frame(sheet[0].triangle[i], sheet[0].triangle_pose[i], now[0].start)
             past = green_strain(f1, f2) / dt
             if second_order != 0:
-                g1, g2 = frame(sheet, now[0].before, i)
+                g1, g2 = frame(sheet[0].triangle[i], sheet[0].triangle_pose[i], now[0].before)
                 past = 2.0 * past - green_strain(g1, g2) / (2.0 * dt)
             now[0].triangle_past[i] = past
     if i < sheet[0].hinge.shape[0]:

@@ -9,7 +9,7 @@ Patches are aggregates of a vertex (later: a patch) and its neighbours, as in ag
 import numpy as np
 import warp as wp
 
-from sim1.cloth.avbd.sheet import Sheet
+from sim1.cloth.avbd.sheet import Part, Sheet
 
 
 @wp.struct
@@ -21,18 +21,18 @@ class Blocks:
     members_from: wp.array(dtype=wp.int32)
     members: wp.array(dtype=wp.int32)  # vertices
     triangles_from: wp.array(dtype=wp.int32)
-    triangles: wp.array(dtype=wp.int32)  # of which some corners, not all, are members
-    slopes: wp.array(dtype=wp.vec2)  # change of the deformation gradient's columns with the block [1/m]
+    triangles: wp.array(dtype=Part)  # of which some corners, not all, are members
     hinges_from: wp.array(dtype=wp.int32)
     hinges: wp.array(dtype=wp.vec2i)  # hinge, its one corner that is a member, or minus the bits of several
     edges_from: wp.array(dtype=wp.int32)
     edges: wp.array(dtype=wp.vec3i)  # edge, end that is a member, other end
 
 
-def blocks_of(sheet: Sheet, vertex_count: int, *, nested: bool) -> tuple[Blocks, list[np.ndarray]]:
+def blocks_of(sheet: Sheet, world: np.ndarray, *, nested: bool) -> tuple[Blocks, list[np.ndarray]]:
     """Blocks of a cloth, and per level above the first the block ids of each colour; `nested` False: vertices alone."""
     edges, triangles, hinges = sheet.edge.numpy(), sheet.triangle.numpy(), sheet.hinge.numpy()
-    homes = levels_of(edges, vertex_count) if nested else [np.arange(vertex_count)]
+    vertex_count = len(world)
+    homes = levels_of(edges, world) if nested else [np.arange(vertex_count)]
     first = np.cumsum([0] + [int(home.max()) + 1 for home in homes])
     pose = sheet.triangle_pose.numpy()
     gradients = np.stack([-(pose[:, 0] + pose[:, 1]), pose[:, 0], pose[:, 1]], axis=1)  # (t, corner, 2)
@@ -56,15 +56,17 @@ def blocks_of(sheet: Sheet, vertex_count: int, *, nested: bool) -> tuple[Blocks,
         rows["edges"].append(np.stack([item, edges[item, inside], edges[item, 1 - inside]], axis=1))
     blocks = Blocks()
     count = int(first[-1])
-    kinds = {"members": wp.int32, "triangles": wp.int32, "hinges": wp.vec2i, "edges": wp.vec3i}
+    kinds = {"members": wp.int32, "triangles": None, "hinges": wp.vec2i, "edges": wp.vec3i}
     for name, dtype in kinds.items():
         owner = np.concatenate(owners[name])
         order = np.argsort(owner, kind="stable")
         start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=count))])
         setattr(blocks, f"{name}_from", wp.array(start.astype(np.int32), dtype=wp.int32))
-        setattr(blocks, name, wp.array(np.concatenate(rows[name])[order].astype(np.int32), dtype=dtype))
+        items = np.concatenate(rows[name])[order].astype(np.int32)
         if name == "triangles":
-            blocks.slopes = wp.array(np.concatenate(rows["slopes"])[order].astype(np.float32), dtype=wp.vec2)
+            blocks.triangles = _parts(sheet, items, np.concatenate(rows["slopes"])[order])
+        else:
+            setattr(blocks, name, wp.array(items, dtype=dtype))
     blocks.level = wp.array(np.repeat(np.arange(len(homes)), np.diff(first)).astype(np.int32), dtype=wp.int32)
     blocks.home = wp.array(np.stack([home + start for home, start in zip(homes, first)]).astype(np.int32))
     return blocks, [
@@ -72,15 +74,25 @@ def blocks_of(sheet: Sheet, vertex_count: int, *, nested: bool) -> tuple[Blocks,
     ]
 
 
-def levels_of(edges: np.ndarray, vertex_count: int) -> list[np.ndarray]:
-    """Block of each vertex (v,), level by level, from single vertices until patches no longer have neighbours."""
-    homes = [np.arange(vertex_count)]
+def _parts(sheet: Sheet, triangle: np.ndarray, slope: np.ndarray) -> wp.array:
+    parts = np.zeros(len(triangle), dtype=Part.numpy_dtype())
+    parts["triangle"], parts["slope"] = triangle, slope
+    fields = {"corner": "", "pose": "_pose", "area": "_area", "viscosity": "_viscosity", "law": "_law"}
+    for field, of in fields.items():
+        parts[field] = getattr(sheet, f"triangle{of}").numpy()[triangle]
+    return wp.array(parts, dtype=Part)
+
+
+def levels_of(edges: np.ndarray, world: np.ndarray) -> list[np.ndarray]:
+    """Block of each vertex (v,), level by level: vertices, patches until they have no neighbours, all cloth of a world (v,)."""
+    homes = [np.arange(len(world))]
     while True:
         home = homes[-1]
         pairs = np.unique(np.sort(home[edges], axis=1), axis=0)
         pairs = pairs[pairs[:, 0] != pairs[:, 1]]
         if not len(pairs):
-            return homes
+            _, whole = np.unique(world, return_inverse=True)
+            return homes if whole.max() == home.max() else [*homes, whole]
         homes.append(_aggregates(pairs, int(home.max()) + 1)[home])
 
 

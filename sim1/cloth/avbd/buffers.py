@@ -25,6 +25,8 @@ def new_iterate(vertex_count: int, sheet: Sheet, config: AVBDConfig) -> Iterate:
     now.slope = wp.zeros(vertex_count, dtype=wp.mat33)
     now.triangle_past = wp.zeros(len(sheet.triangle), dtype=wp.vec3)
     now.hinge_now = wp.clone(sheet.hinge_angle)
+    now.hinge_moment = wp.zeros(len(sheet.hinge), dtype=float)
+    now.hinge_firmness = wp.zeros(len(sheet.hinge), dtype=float)
     now.hinge_past = wp.zeros(len(sheet.hinge), dtype=float)
     now.hinge_slope = wp.zeros((len(sheet.hinge), 4), dtype=wp.vec3)
     now.edge_force = wp.zeros(len(sheet.edge), dtype=float)

@@ -8,17 +8,15 @@ curvature of the dihedral angle.
 import warp as wp
 
 from sim1.cloth.avbd.iterate import Iterate, StepNumbers
-from sim1.cloth.avbd.sheet import Sheet
+from sim1.cloth.avbd.sheet import Part, Sheet
 
 
 @wp.func
-def frame(sheet: wp.array(dtype=Sheet), x: wp.array(dtype=wp.vec3), t: int):
+def frame(corner: wp.vec3i, pose: wp.mat22, x: wp.array(dtype=wp.vec3)):
     """Columns of the deformation gradient of a triangle, 3 x 2."""
-    tri = sheet[0].triangle[t]
-    origin = x[tri[0]]
-    first = x[tri[1]] - origin
-    second = x[tri[2]] - origin
-    pose = sheet[0].triangle_pose[t]
+    origin = x[corner[0]]
+    first = x[corner[1]] - origin
+    second = x[corner[2]] - origin
     return first * pose[0, 0] + second * pose[1, 0], first * pose[0, 1] + second * pose[1, 1]
 
 
@@ -53,27 +51,27 @@ def slackened(law: wp.mat33, strain: wp.vec3, share: float):
 
 
 @wp.func
-def membrane(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), step: StepNumbers, t: int, slope: wp.vec2):
-    """Force [N] and Hessian block [N/m] of triangle `t` on what moves F's columns by `slope`: S = C G + 4 kd dG/dt, f = -A F S b."""
-    f1, f2 = frame(sheet, now[0].x, t)
-    b1 = slope[0]
-    b2 = slope[1]
+def membrane(part: Part, slack: float, now: wp.array(dtype=Iterate), step: StepNumbers):
+    """Force [N] and Hessian block [N/m] of a triangle on what moves with it: S = C G + 4 kd dG/dt, f = -A F S b."""
+    f1, f2 = frame(part.corner, part.pose, now[0].x)
+    b1 = part.slope[0]
+    b2 = part.slope[1]
     strain = green_strain(f1, f2)
-    law = sheet[0].triangle_law[t]
+    law = part.law
     stress = law * strain
-    if sheet[0].slack < 1.0:
-        stress = slackened(law, strain, sheet[0].slack)
-    viscosity = 4.0 * sheet[0].triangle_viscosity[t]
+    if slack < 1.0:
+        stress = slackened(law, strain, slack)
+    viscosity = 4.0 * part.viscosity
     l00 = law[0, 0]
     l11 = law[1, 1]
     l22 = law[2, 2]
     if viscosity > 0.0:
-        speed = step.rate * strain - now[0].triangle_past[t]
+        speed = step.rate * strain - now[0].triangle_past[part.triangle]
         stress += viscosity * wp.vec3(speed[0], speed[1], 0.5 * speed[2])
         l00 += viscosity * step.rate
         l11 += viscosity * step.rate
         l22 += 0.5 * viscosity * step.rate
-    area = sheet[0].triangle_area[t]
+    area = part.area
     force = -area * (f1 * (stress[0] * b1 + stress[2] * b2) + f2 * (stress[2] * b1 + stress[1] * b2))
     tension = area * wp.max(stress[0] * b1 * b1 + 2.0 * stress[2] * b1 * b2 + stress[1] * b2 * b2, 0.0)
     p = b1 * f1
@@ -111,13 +109,21 @@ def bend(a: wp.vec3, b: wp.vec3, c: wp.vec3, d: wp.vec3):
 
 
 @wp.func
-def refresh_hinge(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), h: int):
-    """Linearise the angle of a hinge at the present positions, on the branch nearest to its angle so far."""
+def refresh_hinge(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), step: StepNumbers, h: int):
+    """Linearise the moment k (angle - rest) + c d(angle)/dt of a hinge, on the branch nearest to its angle so far."""
     v = sheet[0].hinge[h]
     angle, ga, gb, gc, gd = bend(now[0].x[v[0]], now[0].x[v[1]], now[0].x[v[2]], now[0].x[v[3]])
     turn = 6.283185307179586
     angle += turn * wp.round((now[0].hinge_now[h] - angle) / turn)
     now[0].hinge_now[h] = angle
+    moment = sheet[0].hinge_stiffness[h] * (angle - sheet[0].hinge_angle[h])
+    firmness = sheet[0].hinge_stiffness[h]
+    damping = sheet[0].hinge_damping[h]
+    if damping > 0.0:
+        moment += damping * (step.rate * angle - now[0].hinge_past[h])
+        firmness += damping * step.rate
+    now[0].hinge_moment[h] = moment
+    now[0].hinge_firmness[h] = firmness
     now[0].hinge_slope[h, 0] = ga
     now[0].hinge_slope[h, 1] = gb
     now[0].hinge_slope[h, 2] = gc
@@ -137,17 +143,10 @@ def hinge_slope(now: wp.array(dtype=Iterate), h: int, corners: int):
 
 
 @wp.func
-def hinge(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), step: StepNumbers, h: int, corners: int):
-    """Force [N] and Gauss-Newton block [N/m] of hinge `h` on its corner or corners, see `hinge_slope`: k (angle - rest) + c d(angle)/dt."""
+def hinge(now: wp.array(dtype=Iterate), h: int, corners: int):
+    """Force [N] and Gauss-Newton block [N/m] of hinge `h` on its corner or corners, see `hinge_slope`."""
     slope = hinge_slope(now, h, corners)
-    angle = now[0].hinge_now[h]
-    moment = sheet[0].hinge_stiffness[h] * (angle - sheet[0].hinge_angle[h])
-    stiffness = sheet[0].hinge_stiffness[h]
-    damping = sheet[0].hinge_damping[h]
-    if damping > 0.0:
-        moment += damping * (step.rate * angle - now[0].hinge_past[h])
-        stiffness += damping * step.rate
-    return -moment * slope, wp.outer(stiffness * slope, slope)
+    return -now[0].hinge_moment[h] * slope, wp.outer(now[0].hinge_firmness[h] * slope, slope)
 
 
 @wp.func

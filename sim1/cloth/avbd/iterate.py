@@ -16,7 +16,9 @@ class Iterate:
     wish: wp.array(dtype=wp.vec3)  # (v,) where the sweeps should start [m]
     fresh: wp.array(dtype=wp.int32)  # (v,) 1: without history in this step
     triangle_past: wp.array(dtype=wp.vec3)  # (t,) rate of strain = rate * G - past, Voigt [1/s]
-    hinge_now: wp.array(dtype=float)  # (h,) angle, kept up to date as vertices move [rad]
+    hinge_now: wp.array(dtype=float)  # (h,) angle when last looked at [rad]
+    hinge_moment: wp.array(dtype=float)  # (h,) kept up to date as vertices move [N m]
+    hinge_firmness: wp.array(dtype=float)  # (h,) its change with the angle [N m]
     hinge_past: wp.array(dtype=float)  # (h,) rate of angle = rate * angle - past [rad/s]
     hinge_slope: wp.array2d(dtype=wp.vec3)  # (h, 4) change of the angle with its vertices [rad/m]
     edge_force: wp.array(dtype=float)  # (e,) multiplier [N]

@@ -21,18 +21,26 @@ class LayerSearch:
         self._due = wp.ones(1, dtype=wp.int32)
         world = np.maximum(model.particle_world.numpy(), 0).astype(np.int32)
         self._world = wp.array(world, dtype=wp.int32)
-        points = model.particle_q.numpy()
-        self._boxes, self._trees = [], []
-        for corners in (sheet.triangle.numpy(), sheet.edge.numpy()):
-            low = wp.array(points[corners].min(axis=1), dtype=wp.vec3)
-            high = wp.array(points[corners].max(axis=1), dtype=wp.vec3)
-            self._boxes += [low, high]
-            self._trees.append(wp.Bvh(low, high, groups=wp.array(world[corners[:, 0]], dtype=wp.int32)))
+        self._corners = (sheet.triangle.numpy(), sheet.edge.numpy())
+        self._boxes = [
+            wp.array(box, dtype=wp.vec3) for corners in self._corners for box in _boxes(model.particle_q, corners)
+        ]
+        self._trees = [
+            wp.Bvh(low, high, groups=wp.array(world[corners[:, 0]], dtype=wp.int32))
+            for low, high, corners in zip(self._boxes[::2], self._boxes[1::2], self._corners)
+        ]
         numbers = layers.LayerNumbers()
         numbers.radius, numbers.rest_exclusion = settings.radius_m, settings.rest_exclusion_m
         numbers.stiffness, numbers.damping = settings.stiffness_n_m, settings.damping_n_s_m
         numbers.friction = settings.friction
         self._numbers = numbers
+
+    def reset(self, positions: wp.array) -> None:
+        """Trees of a cloth that is put there: the order in which pairs are found must not depend on what was before."""
+        fresh = [box for corners in self._corners for box in _boxes(positions, corners)]
+        for box, values in zip(self._boxes, fresh):
+            box.assign(values)
+        self.rebuild()
 
     def rebuild(self) -> None:
         """Build the trees anew; refitting alone makes them slow as the cloth folds."""
@@ -55,3 +63,8 @@ class LayerSearch:
         wp.launch(layers.find_vertex_triangle, dim=self._count, inputs=[due, triangles.id, *shared])
         wp.launch(layers.find_edge_edge, dim=len(sheet.edge), inputs=[due, edges.id, *shared])
         due.zero_()
+
+
+def _boxes(positions: wp.array, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    points = positions.numpy()[corners]
+    return points.min(axis=1), points.max(axis=1)

@@ -26,6 +26,19 @@ class Sheet:
     edge_length: wp.array(dtype=float)  # (e,) at rest [m]
 
 
+@wp.struct
+class Part:
+    """A triangle as one of the blocks that hold some of its corners sees it: all it needs, side by side in memory."""
+
+    triangle: wp.int32
+    corner: wp.vec3i
+    pose: wp.mat22
+    slope: wp.vec2  # change of the deformation gradient's columns with the block [1/m]
+    area: float  # [m^2]
+    viscosity: float  # [N s/m]
+    law: wp.mat33  # [N/m]
+
+
 def sheet_of(model: Any, slack: float) -> Sheet:
     """Read the cloth of a finalized newton model.
 

@@ -82,8 +82,6 @@ class SolverAVBD(SolverBase):
             )
             self._guard = new_guard(model, self.config)
             self._search = LayerSearch(model, self.sheet, layers) if layers else None
-            self._blocks, coarse = blocks_of(self.sheet, model.particle_count, nested=self.config.nested_blocks)
-            self._colours = [*model.particle_color_groups, *(wp.array(ids, dtype=wp.int32) for ids in coarse)]
             self._pack()
             self._wrench = wp.zeros(max(model.body_count, 1), dtype=wp.spatial_vector)
             self._scratch = model.state() if moves_bodies else None
@@ -160,6 +158,8 @@ class SolverAVBD(SolverBase):
         now.edge_stiffness.fill_(self.config.strain_stiffness_n_m)
         now.broken.zero_()
         self._guard.cut.fill_(1)
+        if self._search is not None:
+            self._search.reset(state.particle_q)
 
     def rebuild_bvh(self) -> None:
         """Build the search trees of the self-contact anew, now and then; refitting alone makes them slow as cloth folds."""
@@ -191,6 +191,10 @@ class SolverAVBD(SolverBase):
         self.sheet = sheet_of(self.model, self.config.compression_share)
         for effect in self.effects:
             effect.shape(self)
+        self._blocks, coarse = blocks_of(
+            self.sheet, self.model.particle_world.numpy(), nested=self.config.nested_blocks
+        )
+        self._colours = [*self.model.particle_color_groups, *(wp.array(ids, dtype=wp.int32) for ids in coarse)]
 
     def _pack(self) -> None:
         self._args = Arguments(
@@ -230,11 +234,11 @@ class SolverAVBD(SolverBase):
                 )
         for index in range(self.config.iterations):
             if index % 2 == 0:
-                wp.launch(sweep.sweep_hinges, dim=len(self.sheet.hinge), inputs=[args.sheet, args.now])
+                wp.launch(sweep.sweep_hinges, dim=len(self.sheet.hinge), inputs=[args.sheet, args.now, numbers])
             if self._layers.capacity:
                 wp.launch(sweep.sweep_layers, dim=self._layers.capacity, inputs=[args.layers, args.now, index])
             fine = len(self.model.particle_color_groups)
-            for colour in self._colours if index % 2 == 0 else self._colours[:fine]:
+            for colour in self._colours if index % sweep.COARSE_EVERY == 0 else self._colours[:fine]:
                 wp.launch(sweep.sweep_colour, dim=len(colour), inputs=[colour, *shared])
             wp.launch(sweep.sweep_limits, dim=len(self.sheet.edge), inputs=[args.sheet, args.now, numbers])
 

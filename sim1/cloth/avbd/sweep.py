@@ -10,6 +10,7 @@ from sim1.cloth.avbd.layers import refresh_layer
 from sim1.cloth.avbd.sheet import Sheet
 from sim1.cloth.avbd.touch import Guard, Touches, point_of, push
 
+COARSE_EVERY = 2  # sweeps
 SMALL_M = wp.constant(5.0e-6)  # a move below this that closes a contact does no harm
 TERMS = ("inertia", "effects", "membrane", "bending", "strain limit", "solid contact", "self-contact")
 
@@ -110,12 +111,12 @@ def total(
             hessian += h
     if term < 0 or term == 2:
         for i in range(blocks[0].triangles_from[b], blocks[0].triangles_from[b + 1]):
-            f, h = membrane(sheet, now, step, blocks[0].triangles[i], blocks[0].slopes[i])
+            f, h = membrane(blocks[0].triangles[i], sheet[0].slack, now, step)
             force += f
             hessian += h
     if term < 0 or term == 3:
         for i in range(blocks[0].hinges_from[b], blocks[0].hinges_from[b + 1]):
-            f, h = hinge(sheet, now, step, blocks[0].hinges[i][0], blocks[0].hinges[i][1])
+            f, h = hinge(now, blocks[0].hinges[i][0], blocks[0].hinges[i][1])
             force += f
             hessian += h
     if term < 0 or term == 4:
@@ -188,7 +189,8 @@ def settle(
             now[0].x[v] = now[0].x[v] + move
         for i in range(blocks[0].hinges_from[b], blocks[0].hinges_from[b + 1]):
             item = blocks[0].hinges[i]
-            wp.atomic_add(now[0].hinge_now, item[0], wp.dot(hinge_slope(now, item[0], item[1]), move))
+            turned = wp.dot(hinge_slope(now, item[0], item[1]), move)
+            wp.atomic_add(now[0].hinge_moment, item[0], now[0].hinge_firmness[item[0]] * turned)
 
 
 @wp.func
@@ -232,10 +234,10 @@ def sweep_fused(
     for sweep in range(iterations):
         if sweep % 2 == 0:  # between, angles follow the moves along the slopes of the sweep before
             for h in range(sheet[0].hinge.shape[0]):
-                refresh_hinge(sheet, now, h)
+                refresh_hinge(sheet, now, step, h)
         for record in range(wp.min(layers[0].count[0], layers[0].capacity)):
             refresh_layer(layers, now, sweep, record)
-        last = wp.where(sweep % 2 == 0, count, vertex_count)
+        last = wp.where(sweep % COARSE_EVERY == 0, count, vertex_count)
         for b in range(last):
             settle(sheet, blocks, now, step, solids, layers, guard, b)
         for e in range(sheet[0].edge.shape[0]):
@@ -256,9 +258,9 @@ def follow_colour(
 
 
 @wp.kernel(enable_backward=False)
-def sweep_hinges(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate)):
+def sweep_hinges(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), step: StepNumbers):
     """`refresh_hinge` of all."""
-    refresh_hinge(sheet, now, wp.tid())
+    refresh_hinge(sheet, now, step, wp.tid())
 
 
 @wp.kernel(enable_backward=False)

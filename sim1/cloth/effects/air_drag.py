@@ -53,7 +53,7 @@ class AirDrag(Effect):
 
 @wp.kernel(enable_backward=False)
 def drag_faces(sheet: Sheet, now: Iterate, normal_drag: float, skin_drag: float, rate: float, dt: float):
-    """Drag of each face on its three corners: value at the expected velocity, linear in the corner's own velocity."""
+    """Drag of each face on its three corners: value at the expected velocity, linear in the corner's velocity."""
     t = wp.tid()
     corner = sheet.triangle[t]
     a = now.start[corner[0]]
@@ -67,8 +67,8 @@ def drag_faces(sheet: Sheet, now: Iterate, normal_drag: float, skin_drag: float,
     skin = 0.5 * twice * skin_drag * wp.length(along)
     force = -(pressure * through * normal + skin * along) / 3.0
     outer = wp.outer(normal, normal)
-    # Half of the derivative of v |v|: the secant, which never pushes beyond rest.
-    slope = (pressure * outer + skin * (wp.identity(n=3, dtype=float) - outer)) / 9.0
+    # Half of the derivative of v |v|: the secant, which never pushes beyond rest; as if the other corners moved alike.
+    slope = (pressure * outer + skin * (wp.identity(n=3, dtype=float) - outer)) / 3.0
     for i in range(3):
         v = corner[i]
         # velocity(x) = rate (x - start) + drift; force(x) = force - slope (velocity(x) - expected)
