@@ -47,8 +47,7 @@ def add_cloth(builder: Any, points: np.ndarray, faces: np.ndarray, **material: f
         rot=wp.quat_identity(),
         vel=wp.vec3(0.0),
         scale=1.0,
-        particle_radius=RADIUS,
-        **{**soft, **material},
+        **{**soft, "particle_radius": RADIUS, **material},
     )
 
 

@@ -5,6 +5,19 @@ from typing import Any, Literal, get_args
 
 Integrator = Literal["implicit_euler", "bdf2"]
 
+# The rest of the paper's table, which belongs to the model. Its bending energy is k l angle^2, newton's half of that.
+PAPER_CLOTH = {  # for ModelBuilder.add_cloth_mesh
+    "density": 2.0,  # kg/m^2
+    "tri_ke": 1.0e2,  # shear modulus [N/m]
+    "tri_ka": 1.0e2,  # area modulus [N/m]
+    "tri_kd": 1.5e-6,
+    "edge_ke": 2.0 * 8.0e-4,  # [N]
+    "edge_kd": 1.0e-3,
+    "particle_radius": 0.008,  # m
+}
+PAPER_ROBOT = {"ke": 5.0e2, "kd": 5.0e-3, "mu": 1.5}  # for ModelBuilder.ShapeConfig
+PAPER_TABLE = {"ke": 5.0e2, "kd": 5.0e-3, "mu": 0.0}
+
 
 @dataclass(frozen=True, kw_only=True)
 class SelfContact:
