@@ -40,7 +40,7 @@ def scan(inputs: Inputs, out: Path, config: ScanConfig) -> Facts:
         raise BadInput(
             f"{only(inputs, 'garment')}: virtual is {garment.virtual}, but truth.npz is"
             f" {'present' if found.truth is not None else 'missing'} in {only(inputs, 'scans')};"
-            " only a virtual scan has a truth: correct the garment file or make the scan again"
+            " only a virtual scan has a truth: for a scan of your own leave the key `virtual` out of the garment file"
         )
     write_scan(out, found)
     (out / "garment.json").write_text(canonical_json(garment), encoding="utf-8")

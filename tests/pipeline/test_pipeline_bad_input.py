@@ -69,7 +69,7 @@ def with_nan(points: np.ndarray) -> np.ndarray:
 
 
 CLOUDS = {
-    "empty": (lambda points: points[:0], r"scan\.ply.*0 points"),
+    "empty": (lambda points: points[:0], r"scan\.ply.*empty"),
     "not a number": (with_nan, r"scan\.ply.*(NaN|nan|not finite)"),
     "millimetres": (lambda points: 1000.0 * points, r"scan\.ply.*mm"),
     "inches": (lambda points: points / 0.0254, r"scan\.ply.*in"),
