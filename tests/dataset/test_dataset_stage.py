@@ -103,14 +103,7 @@ def test_provenance_tells_trajectory_appearance_and_sources(made):
 def test_the_same_input_gives_the_same_bytes_without_a_word_on_the_terminal(made, tmp_path, capfd):
     inputs = {"rendered_episodes": {name: made.parent / name for name in ("towel", "shorts")}}
     dataset(inputs, tmp_path, CONFIG)
-    again, first = digests(tmp_path), digests(made)
-    assert set(again) == set(first)
-    # x264 gave other bytes for one camera in 2 of 6 runs; what is drawn from the decoded video follows it
-    encoded = {name for name in first if name.endswith(".mp4") or name == "frames.png"}
-    assert encoded
-    assert {name: again[name] for name in first if name not in encoded} == {
-        name: first[name] for name in first if name not in encoded
-    }
+    assert digests(tmp_path) == digests(made)
     assert capfd.readouterr() == ("", "")
     stats = json.loads((made / "lerobot/meta/stats.json").read_text())
     assert list(stats) == sorted(stats)
