@@ -77,7 +77,8 @@ def run_with_progress(home: Home, graph: Graph, nodes: set[str], garments: list[
     """Regenerate, draw progress, write the summary page, print where things are. Returns the exit code."""
     console = Console()
     began = time.monotonic()
-    home.remember_profile(graph.profile)
+    if not garments and nodes == set(graph.nodes):
+        home.remember_profile(graph.profile)
     bars = _Bars(console)
     with dg.DagsterInstance.get() as instance:
         try:
@@ -114,6 +115,11 @@ def _print_summary(console: Console, home: Home, graph: Graph, report: Report, p
         f"{len(report.made)} made, {report.fresh} fresh already, {len(report.failed)} failed, "
         f"{len(report.waiting)} waiting; profile {graph.profile}; {_duration(seconds)}"
     )
+    if graph.profile != (kept := home.remembered_profile()):
+        console.print(
+            f"profile {graph.profile} was for this part alone: without --profile, commands keep to {kept}",
+            soft_wrap=True,
+        )
     for name, message in report.failed.items():
         console.print(f"[red]failed[/red] {name}: {message}", soft_wrap=True, highlight=False)
     store = home.store.relative_to(home.root)

@@ -15,7 +15,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-Profile = Annotated[str | None, typer.Option(help="Sizes: smoke, quick or paper. Default: that of the last run.")]
+Profile = Annotated[
+    str | None, typer.Option(help="Sizes: smoke, quick or paper. Default: that of the last run of everything.")
+]
 Garments = Annotated[list[str] | None, typer.Option("--garment", help="Only this garment (may be repeated).")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 

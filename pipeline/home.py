@@ -50,9 +50,11 @@ class Home:
         return names
 
     def profile(self) -> str:
-        """The profile in force: SIM1_PROFILE, else the one of the last run, else 'quick'."""
-        if name := os.environ.get("SIM1_PROFILE"):
-            return name
+        """The profile in force: SIM1_PROFILE, else the remembered one."""
+        return os.environ.get("SIM1_PROFILE") or self.remembered_profile()
+
+    def remembered_profile(self) -> str:
+        """The profile of the last run of everything, else 'quick'."""
         remembered = self.state / "profile"
         return remembered.read_text().strip() if remembered.is_file() else DEFAULT_PROFILE
 

@@ -62,6 +62,22 @@ def test_run_prints_what_it_made_and_fails_with_its_exit_code(project):
     assert "something else" in answer.stdout
 
 
+def test_only_a_run_of_everything_changes_the_profile_of_later_commands(made, monkeypatch):
+    monkeypatch.delenv("SIM1_PROFILE")
+    (made.root / "pipeline" / "profiles" / "smoke.yaml").write_text("mesh: {width: 1}\n")
+
+    def profile_in_force() -> str:
+        return json.loads(made.command("status", "--json").stdout)["profile"]
+
+    answer = made.command("run", "--profile", "smoke", "--garment", "towel", "--select", "mesh", "--jobs", "0")
+    assert "1 made" in answer.stdout
+    assert "profile smoke was for this part alone: without --profile, commands keep to quick" in answer.stdout
+    assert profile_in_force() == "quick"
+    answer = made.command("run", "--profile", "smoke", "--jobs", "0")
+    assert "for this part alone" not in answer.stdout
+    assert profile_in_force() == "smoke"
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -48,10 +48,10 @@ def test_a_scan_becomes_a_dataset_and_a_curve_and_a_second_run_makes_nothing(hom
     page = html.unescape((home.store / "report.html").read_text())
     assert [node.id for node in base if node.stage.summary not in page] == []
 
-    again = sim1(home, "run", "--variant", "base")
+    again = sim1(home, "run", "--profile", "smoke", "--variant", "base")
     assert f"0 made, {len(base)} fresh already" in again.stdout
 
-    rows = json.loads(sim1(home, "status", "--json").stdout)
+    rows = json.loads(sim1(home, "status", "--profile", "smoke", "--json").stdout)
     assert rows["profile"] == "smoke"
     ancestry = json.loads(sim1(home, "audit", "dataset", "--json").stdout)["ancestry"]
     assert {"scan/towel", "calibrated_physics/towel", "seed_demos/towel", "rendered_episodes/towel"} <= set(ancestry)
