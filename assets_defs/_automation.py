@@ -111,7 +111,8 @@ def nightly(graph: Graph, home: Home) -> dg.ScheduleDefinition:
 
         report = make_all(home, graph, context.instance, notify=context.log.info)
         if report.failed:
-            raise dg.Failure("; ".join(report.failed.values()), allow_retries=False)
+            said = "; ".join(f"{name}: {message}" for name, message in report.failed.items())
+            raise dg.Failure(said, allow_retries=False)
 
     @dg.job(description="Make every artifact that is not fresh")
     def regenerate_all() -> None:

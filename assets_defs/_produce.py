@@ -30,7 +30,10 @@ class Made:
 
 
 class NotMade(RuntimeError):
-    """No artifact was made, and the one before it, if any, is untouched. `findings` are set when a check failed."""
+    """No artifact was made, and the one before it, if any, is untouched; the message leaves it to others to name it.
+
+    `findings` are set when a check failed.
+    """
 
     def __init__(self, message: str, *, findings: list[Finding] = (), transient: bool = False):
         super().__init__(message)
@@ -48,7 +51,7 @@ def produce(home: Home, snapshot: Snapshot, node: Node, key: Key, sink: progress
     # Taken before the work starts: an input that changes meanwhile leaves the result stale, never falsely fresh.
     parts = snapshot.parts(node, key)
     if parts is None:
-        raise NotMade(f"{label(node, key)}: {snapshot.status(node, key).why}; run it first: sim1 run")
+        raise NotMade(f"{snapshot.status(node, key).why}; run it first: sim1 run")
     recipe = digest_json(parts)
     try:
         with at.locked():
@@ -59,7 +62,7 @@ def produce(home: Home, snapshot: Snapshot, node: Node, key: Key, sink: progress
                     at.fail(recipe, str(error))
                 raise
     except StoreError as error:
-        raise NotMade(f"{label(node, key)}: {error}") from error
+        raise NotMade(home.relative(str(error))) from error
 
 
 def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
@@ -79,18 +82,16 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
         check = check_function(node)
         findings = check(part) if check else []
         if not any(part.iterdir()):
-            raise NotMade(f"{label(node, key)}: the stage wrote nothing")
+            raise NotMade("the stage wrote nothing")
     except (BadInput, StoreError) as error:
-        raise NotMade(f"{label(node, key)}: {error}") from error
+        raise NotMade(home.relative(str(error))) from error
     except OSError as error:
-        raise NotMade(
-            f"{label(node, key)}: {_explained(error, at.part)}", transient=error.errno != errno.ENOSPC
-        ) from error
+        raise _not_written(home, error, at.part) from error
     if failed := [finding for finding in findings if finding.blocking and not finding.passed]:
         at.reject()
         reasons = "; ".join(f"{finding.name}: {finding.detail}" for finding in failed)
         raise NotMade(
-            f"{label(node, key)}: failed its checks: {reasons} (kept for a look in {at.rejected})", findings=findings
+            home.relative(f"failed its checks: {reasons} (kept for a look in {at.rejected})"), findings=findings
         )
     record = {
         "schema": "sim1.artifact/1",
@@ -109,9 +110,7 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
     try:
         return Made(at.final, at.commit(record), findings)
     except OSError as error:
-        raise NotMade(
-            f"{label(node, key)}: {_explained(error, at.part)}", transient=error.errno != errno.ENOSPC
-        ) from error
+        raise _not_written(home, error, at.part) from error
 
 
 def _work(snapshot: Snapshot, node: Node, key: Key, parts: dict[str, Any]) -> str:
@@ -175,14 +174,15 @@ def _timings(home: Home, snapshot: Snapshot, beside: Path) -> Path:
     return path
 
 
-def _explained(error: OSError, part: Path) -> str:
+def _not_written(home: Home, error: OSError, part: Path) -> NotMade:
+    said = f"{error.strerror or error}: {error.filename or part}"
     if error.errno == errno.ENOSPC:
         free = os.statvfs(part.parent)
-        return (
+        said = (
             f"the disk is full: {error.filename or part} ({free.f_bavail * free.f_frsize / 2**20:.0f} MiB free); "
             "free some space and run again, nothing that was made before is lost"
         )
-    return f"{error.strerror or error}: {error.filename or part}"
+    return NotMade(home.relative(said), transient=error.errno != errno.ENOSPC)
 
 
 def label(node: Node, key: Key) -> str:

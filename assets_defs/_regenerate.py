@@ -177,7 +177,7 @@ class _Loop:
         if not worker.alive:
             self.workers.remove(worker)
             _bury_dead_runs(self.instance)
-        name = label(node, key)
+        name, message = label(node, key), self.home.relative(message)
         if message:
             self.report.failed[name] = message
         else:

@@ -1,10 +1,12 @@
 """`sim1 run`: the regeneration with progress bars and a summary."""
 
 import time
+from pathlib import Path
 
 import dagster as dg
 from rich.console import Console
 from rich.live import Live
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -50,6 +52,7 @@ class _Bars:
         )
         self.whole = self.bars.add_task("[bold]all", total=None, note="")
         self.tasks: dict[str, int] = {}
+        self.failed: dict[str, str] = {}
         self.done = 0
 
     def plan(self, seconds_left: float, count_left: int) -> None:
@@ -69,8 +72,15 @@ class _Bars:
     def finished(self, name: str, seconds: float, message: str) -> None:
         self.bars.remove_task(self.tasks.pop(name))
         self.done += not message
-        mark = f"[red]failed[/red] {message}" if message else "[green]made[/green]"
+        self.failed.pop(name, None)
+        if message:
+            self.failed[name] = message
+        mark = "[red]failed[/red]" if message else "[green]made[/green]"  # why is said once, at the end
         self.console.print(f"{name}: {mark} ({_duration(seconds)})", highlight=False, soft_wrap=True)
+
+    def print_failures(self) -> None:
+        for name, message in self.failed.items():
+            self.console.print(f"[red]failed[/red] {name}: {escape(message)}", soft_wrap=True, highlight=False)
 
 
 def run_with_progress(home: Home, graph: Graph, nodes: set[str], garments: list[str] | None, jobs: int) -> int:
@@ -88,14 +98,16 @@ def run_with_progress(home: Home, graph: Graph, nodes: set[str], garments: list[
             console.print(f"[red]sim1: {error}")
             return 2
         except KeyboardInterrupt:
+            bars.print_failures()
             console.print("interrupted; what was made is kept, `sim1 run` goes on from here")
             return 130
     page = write_summary(home, graph)
-    _print_summary(console, home, graph, report, page, time.monotonic() - began)
+    _print_summary(bars, home, graph, report, page, time.monotonic() - began)
     return 1 if report.failed or report.waiting else 0
 
 
-def _print_summary(console: Console, home: Home, graph: Graph, report: Report, page, seconds: float) -> None:
+def _print_summary(bars: _Bars, home: Home, graph: Graph, report: Report, page: Path, seconds: float) -> None:
+    console = bars.console
     if report.made:
         table = Table("stage", "artifacts", "seconds", title="made")
         by_stage: dict[str, list[float]] = {}
@@ -120,8 +132,7 @@ def _print_summary(console: Console, home: Home, graph: Graph, report: Report, p
             f"profile {graph.profile} was for this part alone: without --profile, commands keep to {kept}",
             soft_wrap=True,
         )
-    for name, message in report.failed.items():
-        console.print(f"[red]failed[/red] {name}: {message}", soft_wrap=True, highlight=False)
+    bars.print_failures()
     store = home.store.relative_to(home.root)
     for title, path in (
         ("dataset", store / "dataset" / "_" / "lerobot"),

@@ -31,7 +31,7 @@ class Outcome:
     """How a worker's task ended."""
 
     ok: bool
-    message: str  # why not
+    message: str  # why not; whose it is, is known
 
 
 class Worker:
@@ -56,7 +56,7 @@ class Worker:
             message = self.pipe.recv()
         except (EOFError, ConnectionError):
             self._process.join(timeout=5)
-            return Outcome(False, f"{'/'.join(filter(None, self.task))}: {_death(self._process.exitcode)}")
+            return Outcome(False, _death(self._process.exitcode))
         return message
 
     @property
@@ -165,7 +165,5 @@ def _materialize(instance: dg.DagsterInstance, asset: dg.AssetsDefinition, key: 
             if said and said.description:
                 return Outcome(False, said.description)
             error = failure.error.cause or failure.error
-            return Outcome(
-                False, f"{'/'.join(filter(None, [asset.key.to_user_string(), key]))}: {error.message.strip()}"
-            )
-    return Outcome(False, f"{asset.key.to_user_string()}: the run failed; see it in the UI")
+            return Outcome(False, error.message.strip())
+    return Outcome(False, "the run failed; see it in the UI")

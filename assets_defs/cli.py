@@ -44,7 +44,7 @@ def _open_home(profile: str | None, *, offline: bool = True):
         check_configs(graph)
         home.garments()
     except (GraphError, ValueError) as error:
-        _stop(str(error))
+        _stop(home.relative(str(error)))
     return home, graph
 
 

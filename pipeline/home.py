@@ -35,6 +35,10 @@ class Home:
     def state(self) -> Path:
         return self.root / ".dagster"
 
+    def relative(self, text: str) -> str:
+        """`text` with every path below the home written from there, as a person would type it."""
+        return text.replace(f"{self.root}/", "")
+
     def garments(self) -> list[str]:
         """Names of the garments: one file each in `data/garments/`.
 

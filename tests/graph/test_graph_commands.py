@@ -57,9 +57,16 @@ def test_run_prints_what_it_made_and_fails_with_its_exit_code(project):
     assert answer.returncode == 0, answer.stderr
     assert "2 made" in answer.stdout
     project.add_garment("towel", "bad")
+    project.stages(mesh={"config": {"no_space": True}})
     answer = project.command("run")
     assert answer.returncode == 1
-    assert "something else" in answer.stdout
+    # Said once, with the artifact's name once, and paths as a person would type them.
+    assert [line for line in answer.stdout.splitlines() if "something else" in line] == [
+        "failed scan/towel: scan.txt: line 1: bad (got 'bad'); write something else"
+    ]
+    assert "failed mesh/shirt: the disk is full: data/store/mesh/shirt.part/content.txt" in answer.stdout
+    assert str(project.root) not in answer.stdout + answer.stderr
+    assert "failed scan/towel: scan.txt: line 1" in project.command("status").stdout
 
 
 def test_only_a_run_of_everything_changes_the_profile_of_later_commands(made, monkeypatch):
