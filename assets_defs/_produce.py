@@ -98,6 +98,7 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
         "stage": node.stage.name,
         "variant": node.variant,
         "garment": key,
+        "profile": snapshot.graph.profile,
         "recipe": recipe,
         "work": work,
         "parts": parts,

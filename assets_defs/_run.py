@@ -10,10 +10,14 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from assets_defs._recipe import Snapshot
 from assets_defs._regenerate import Report, regenerate
+from assets_defs._results import results, warnings
 from assets_defs._store import StoreError
 from assets_defs._summary import write_summary
 from pipeline import Graph, Home
+
+WAITING_AT_MOST = 4  # lines
 
 
 def selected(graph: Graph, stages: list[str] | None, variant: str | None) -> set[str]:
@@ -101,13 +105,14 @@ def run_with_progress(home: Home, graph: Graph, nodes: set[str], garments: list[
             bars.print_failures()
             console.print("interrupted; what was made is kept, `sim1 run` goes on from here")
             return 130
-    page = write_summary(home, graph)
-    _print_summary(bars, home, graph, report, page, time.monotonic() - began)
-    return 1 if report.failed or report.waiting else 0
+        page = write_summary(home, graph)
+        _print_summary(bars, Snapshot(instance, graph, home), report, page, time.monotonic() - began)
+    # Joint artifacts that wait for garments which were not asked for are no failure.
+    return 1 if report.failed or (report.waiting and not garments) else 0
 
 
-def _print_summary(bars: _Bars, home: Home, graph: Graph, report: Report, page: Path, seconds: float) -> None:
-    console = bars.console
+def _print_summary(bars: _Bars, snapshot: Snapshot, report: Report, page: Path, seconds: float) -> None:
+    console, home, graph = bars.console, snapshot.home, snapshot.graph
     if report.made:
         table = Table("stage", "artifacts", "seconds", title="made")
         by_stage: dict[str, list[float]] = {}
@@ -133,16 +138,18 @@ def _print_summary(bars: _Bars, home: Home, graph: Graph, report: Report, page: 
             soft_wrap=True,
         )
     bars.print_failures()
-    store = home.store.relative_to(home.root)
-    for title, path in (
-        ("dataset", store / "dataset" / "_" / "lerobot"),
-        ("scaling report", store / "scaling_report" / "_" / "report.html"),
-        ("ablation report", store / "ablation_report" / "_" / "report.html"),
-        ("cost report", store / "cost_report" / "_" / "report.html"),
-        ("everything on one page", page.relative_to(home.root)),
-    ):
-        if (home.root / path).exists():
-            console.print(f"{title}: {path}", highlight=False)
+    if not report.failed:
+        for name, why in list(report.waiting.items())[:WAITING_AT_MOST]:
+            console.print(f"waiting {name}: {why}", soft_wrap=True, highlight=False)
+    earlier = 0
+    for name, said in warnings(snapshot):
+        if name in report.made:
+            console.print(f"[yellow]warning[/yellow] {name}: {escape(said)}", soft_wrap=True, highlight=False)
+        earlier += name not in report.made
+    if earlier:
+        console.print(f"warnings on artifacts of earlier runs: {earlier}, listed on the page")
+    for line in [*results(snapshot, report.made), f"everything on one page: {page.relative_to(home.root)}"]:
+        console.print(escape(line), soft_wrap=True, highlight=False)
 
 
 def _duration(seconds: float) -> str:

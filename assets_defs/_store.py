@@ -54,6 +54,10 @@ class Place:
         except (OSError, ValueError):
             return None
 
+    def made_at(self) -> float:
+        """When the artifact was put in place, seconds since the epoch."""
+        return (self.final / RECORD).stat().st_mtime
+
     def damage(self, record: dict[str, Any], *, thorough: bool) -> str | None:
         """What is wrong with the artifact's files, or None. Not thorough: files with their size and time unchanged pass."""
         present = dict(content_files(self.final))

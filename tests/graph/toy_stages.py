@@ -24,7 +24,7 @@ def ingest(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
 
 
 def work(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
-    """Digest of all inputs and the config; config keys `sleep_s`, `die`, `invalid` and `no_space` act as they say."""
+    """Digest of all inputs and the config; config keys `sleep_s`, `die_unless`, `invalid`, `odd` and `no_space` act as they say."""
     digest = hashlib.sha256(repr(sorted((config or {}).items())).encode())
     for name in sorted(set(inputs) - {"timings"}):
         for garment, path in sorted(inputs[name].items()):
@@ -37,7 +37,8 @@ def work(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
         os.kill(os.getpid(), 9)
     if config.get("no_space"):
         raise OSError(28, "No space left on device", str(out / "content.txt"))
-    (out / "content.txt").write_text(digest.hexdigest() + ("\ninvalid" if config.get("invalid") else ""))
+    marks = "".join(f"\n{mark}" for mark in ("invalid", "odd") if config.get(mark))
+    (out / "content.txt").write_text(digest.hexdigest() + marks)
     return {"inputs": sum(map(len, inputs.values()))}
 
 
@@ -54,6 +55,9 @@ def frames(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
 
 
 def check_mesh(artifact: Path) -> list[Finding]:
-    """Blocks an artifact that says it is invalid."""
+    """Blocks an artifact that says it is invalid, warns of one that says it is odd."""
     text = "".join(file.read_text() for file in sorted(artifact.glob("*.txt")))
-    return [Finding(name="is_valid", passed="invalid" not in text, detail=f"{len(text)} characters")]
+    return [
+        Finding(name="is_valid", passed="invalid" not in text, detail=f"{len(text)} characters"),
+        Finding(name="is_even", passed="odd" not in text, detail="an odd artifact; look at it", blocking=False),
+    ]
