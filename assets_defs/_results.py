@@ -48,13 +48,13 @@ def _cause(snapshot: Snapshot, node: Node, key: Key) -> tuple[str, Status]:
     return label(node, key), snapshot.status(node, key)
 
 
-def warnings(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
-    """Label of an artifact and what its check found that does not keep it out of the store."""
+def warnings(snapshot: Snapshot) -> Iterator[tuple[Node, Key, str]]:
+    """An artifact and what its check found that does not keep it out of the store."""
     for node, key in snapshot.artifacts():
         record = place(snapshot.home, node, key).record()
         for finding in record["findings"] if record else ():
             if not finding["passed"]:
-                yield label(node, key), f"{finding['name'].replace('_', ' ')}: {finding['detail']}"
+                yield node, key, f"{finding['name'].replace('_', ' ')}: {finding['detail']}"
 
 
 def _age(seconds: float) -> str:

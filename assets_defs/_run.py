@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from assets_defs._produce import label
 from assets_defs._recipe import Snapshot
 from assets_defs._regenerate import Report, regenerate
 from assets_defs._results import results, warnings
@@ -105,8 +106,9 @@ def run_with_progress(home: Home, graph: Graph, nodes: set[str], garments: list[
             bars.print_failures()
             console.print("interrupted; what was made is kept, `sim1 run` goes on from here")
             return 130
-        page = write_summary(home, graph)
-        _print_summary(bars, Snapshot(instance, graph, home), report, page, time.monotonic() - began)
+        snapshot = Snapshot(instance, graph, home)
+        page = write_summary(snapshot)
+        _print_summary(bars, snapshot, report, page, time.monotonic() - began)
     # Joint artifacts that wait for garments which were not asked for are no failure.
     return 1 if report.failed or (report.waiting and not garments) else 0
 
@@ -142,7 +144,8 @@ def _print_summary(bars: _Bars, snapshot: Snapshot, report: Report, page: Path, 
         for name, why in list(report.waiting.items())[:WAITING_AT_MOST]:
             console.print(f"waiting {name}: {why}", soft_wrap=True, highlight=False)
     earlier = 0
-    for name, said in warnings(snapshot):
+    for node, key, said in warnings(snapshot):
+        name = label(node, key)
         if name in report.made:
             console.print(f"[yellow]warning[/yellow] {name}: {escape(said)}", soft_wrap=True, highlight=False)
         earlier += name not in report.made

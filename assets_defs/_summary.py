@@ -4,20 +4,26 @@ from pathlib import Path
 from typing import Any
 
 from assets_defs._produce import label
+from assets_defs._recipe import Snapshot
+from assets_defs._results import state, warnings
 from assets_defs._store import place
-from pipeline import Graph, Home
 from sim1.report import Picture, Section, write_report
 
 PICTURES_AT_MOST = 3  # per artifact
 
 
-def write_summary(home: Home, graph: Graph) -> Path:
+def write_summary(snapshot: Snapshot) -> Path:
     """Write `data/store/report.html` from the records of all artifacts; returns its path."""
     sections, seconds = [], []
-    garments = home.garments()
-    for node in graph.nodes.values():
-        keys = garments if node.per else [None]
-        records = [(key, record) for key in keys if (record := place(home, node, key).record())]
+    home, profile = snapshot.home, snapshot.graph.profile
+    present = [(node, key, record) for node, key in snapshot.artifacts() if (record := place(home, node, key).record())]
+    states = {label(node, key): state(snapshot, node, key) for node, key, _ in present}
+    mixed = any(found != "fresh" for found in states.values())
+    told: dict[str, list[str]] = {}
+    for node, key, said in warnings(snapshot):
+        told.setdefault(node.id, []).append(f"Warning{f', {key}' if key else ''}: {said}.")
+    for node in snapshot.graph.nodes.values():
+        records = [(key, record) for other, key, record in present if other is node]
         if not records:
             continue
         seconds.append(
@@ -37,8 +43,10 @@ def write_summary(home: Home, graph: Graph) -> Path:
         sections.append(
             Section(
                 heading=node.id.replace("_", " "),
-                paragraphs=[node.stage.summary],
-                table=[_row(key, record) for key, record in records],
+                paragraphs=[node.stage.summary, *told.get(node.id, [])],
+                table=[
+                    _row(key, record, states[label(node, key)] if mixed else None, profile) for key, record in records
+                ],
                 pictures=pictures,
             )
         )
@@ -56,7 +64,7 @@ def write_summary(home: Home, graph: Graph) -> Path:
         part,
         title="From scan to scaling curve",
         lead=(
-            f"Profile {graph.profile}, garments {', '.join(garments)}. Shipped scans are virtual, demonstrations come from a "
+            f"{_origin(states, profile)} Garments: {', '.join(snapshot.garments)}. Shipped scans are virtual, demonstrations come from a "
             "scripted expert, and simulation plays the part of reality: no figure on this page was measured on a real robot."
         ),
         sections=sections,
@@ -65,8 +73,22 @@ def write_summary(home: Home, graph: Graph) -> Path:
     return page
 
 
-def _row(key: str | None, record: dict[str, Any]) -> dict[str, Any]:
+def _origin(states: dict[str, str], profile: str) -> str:
+    fresh = sum(found == "fresh" for found in states.values())
+    if fresh == len(states):
+        return f"Profile {profile}."
+    return (
+        f"Mixed: {fresh} of {len(states)} artifacts are what profile {profile} makes now; of the others the column state "
+        "says why they are not, and the column profile what they were made in."
+    )
+
+
+def _row(key: str | None, record: dict[str, Any], state: str | None, profile: str) -> dict[str, Any]:
+    """`state`: None where all artifacts are fresh and of one profile, so that nothing needs to be said."""
+    origin = {}
+    if state is not None:
+        origin = {"profile": profile if state == "fresh" else record.get("profile"), "state": state}
     facts = {
         name: value for name, value in record["facts"].items() if isinstance(value, str | int | float | bool | None)
     }
-    return {"garment": key or "all", **facts, "seconds": record["seconds"]}
+    return {"garment": key or "all", **origin, **facts, "seconds": record["seconds"]}

@@ -76,10 +76,10 @@ class Project:
     def instance(self) -> dg.DagsterInstance:
         return dg.DagsterInstance.get()
 
-    def run(self, *, jobs: int = 0, **options: Any) -> Report:
+    def run(self, *, jobs: int = 0, profile: str = "quick", **options: Any) -> Report:
         """Regenerate, in this process unless worker processes are asked for."""
         with self.instance() as instance:
-            return regenerate(self.home, self.graph, instance, jobs=jobs, **options)
+            return regenerate(self.home, load_graph(self.home, profile), instance, jobs=jobs, **options)
 
     def events(self) -> list[str]:
         """Label of every materialization in the event log, oldest first."""

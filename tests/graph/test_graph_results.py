@@ -8,6 +8,7 @@ from assets_defs import _results
 from assets_defs._recipe import Snapshot
 from assets_defs._results import results, warnings
 from assets_defs._run import run_with_progress
+from assets_defs._summary import write_summary
 from pipeline import load_graph
 
 
@@ -48,7 +49,10 @@ def test_warnings_of_checks_are_listed_with_their_artifact(made):
     made.run()
     with made.instance() as instance:
         found = list(warnings(Snapshot(instance, made.graph, made.home)))
-    assert found == [(f"mesh/{garment}", "is even: an odd artifact; look at it") for garment in ("shirt", "towel")]
+        page = write_summary(Snapshot(instance, made.graph, made.home)).read_text()
+    assert [(node.id, garment) for node, garment, _ in found] == [("mesh", "shirt"), ("mesh", "towel")]
+    assert {said for _, _, said in found} == {"is even: an odd artifact; look at it"}
+    assert "Warning, towel: is even: an odd artifact; look at it." in page
 
 
 def test_the_end_of_a_run_has_warnings_of_what_it_made_and_counts_the_others(made, capsys):
@@ -59,6 +63,23 @@ def test_the_end_of_a_run_has_warnings_of_what_it_made_and_counts_the_others(mad
     assert "warning mesh/towel: is even: an odd artifact; look at it" in answer
     assert "warning mesh/shirt" not in answer
     assert "warnings on artifacts of earlier runs: 1," in answer
+
+
+def test_the_page_names_the_profile_of_each_artifact_when_they_are_mixed(made):
+    def page(profile: str) -> str:
+        with made.instance() as instance:
+            return write_summary(Snapshot(instance, load_graph(made.home, profile), made.home)).read_text()
+
+    (made.root / "pipeline" / "profiles" / "smoke.yaml").write_text("mesh: {width: 1}\n")
+    assert "Profile quick. Garments: shirt, towel." in page("quick")
+    made.run(nodes={"scan", "mesh"}, garments=["towel"], profile="smoke")
+    mixed = page("quick")
+    assert "Mixed: 4 of 8 artifacts are what profile quick makes now" in mixed
+    assert (
+        "<td>towel</td><td>smoke</td><td>stale: setting width changed from 1 to None; made in profile smoke</td>"
+        in mixed
+    )
+    assert "<td>shirt</td><td>quick</td><td>fresh</td>" in mixed
 
 
 def test_what_waits_for_garments_that_were_not_asked_for_is_no_failure(project, capsys):
