@@ -59,7 +59,20 @@ def mesh_findings(folder: Path) -> list[Finding]:
     )
     inside = bool((arrays["uv"] >= 0).all() and (arrays["uv"] <= 1).all())
     findings.append(Finding(name="texture_coordinates", passed=inside, detail=f"all in [0, 1]: {inside}"))
-    return findings + _accuracy(figures)
+    return [*findings, *_accuracy(figures), _removal(figures["separation"])]
+
+
+def _removal(separation: dict) -> Finding:
+    """A manual mask is obeyed even where it keeps everything; otherwise nothing removed is worth a look."""
+    removed, count = separation["all_points"] - separation["garment_points"], separation["all_points"]
+    passed = separation["method"] == "manual mask" or (separation["method"] == "registered support" and removed > 0)
+    detail = f"{separation['method']}: {removed} of {count} points left out"
+    if not passed:
+        detail += (
+            "; what the garment lay or hung on, if the scan shows it, is part of this mesh: look at separation.png, cut it "
+            "away or give it as support.ply (docs/scan-format.md)"
+        )
+    return Finding(name="support_removed", passed=passed, detail=detail, blocking=False)
 
 
 def _topology(faces: np.ndarray) -> list[Finding]:

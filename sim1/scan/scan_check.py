@@ -9,7 +9,7 @@ _LONGEST_GAP = 25.0  # a point this many times the median spacing from its neigh
 
 
 def scan_findings(scan: Scan) -> list[Finding]:
-    """Findings on finiteness, spacing, strays, and scanner distances."""
+    """Findings on finiteness, spacing, strays, what tells the garment from its support, and scanner distances."""
     from scipy.spatial import cKDTree
 
     cloud = scan.cloud
@@ -35,6 +35,7 @@ def scan_findings(scan: Scan) -> list[Finding]:
             blocking=False,
         )
     )
+    findings.append(_support_known(scan))
     known = cloud.view != UNKNOWN_VIEW
     if len(scan.scanner_to_world) and known.any():
         eye = scan.scanner_to_world[cloud.view[known], :3, 3]
@@ -47,3 +48,15 @@ def scan_findings(scan: Scan) -> list[Finding]:
             )
         )
     return findings
+
+
+def _support_known(scan: Scan) -> Finding:
+    given = "mask.npz" if scan.mask is not None else "support" if scan.support is not None else None
+    detail = f"{given} tells the garment from what it lies or hangs on"
+    if given is None:
+        detail = (
+            "neither support.ply nor mask.npz: nothing will be removed, and a table or mannequin in the scan becomes part of "
+            "the garment; cut it away or give it as support.ply (docs/scan-format.md). All is well where the scan shows the "
+            "garment alone"
+        )
+    return Finding(name="support_known", passed=given is not None, detail=detail, blocking=False)

@@ -118,6 +118,8 @@ def _facts(figures: dict) -> Facts:
         "vertices": figures["vertices"],
         "faces": figures["faces"],
         "area_m2": figures["area_m2"],
+        "separation": figures["separation"]["method"],
+        "points_left_out": figures["separation"]["all_points"] - figures["separation"]["garment_points"],
         "openings": len(figures["openings_m"]),
         "holes_closed": figures["holes_closed"],
         "minimum_angle_deg": figures["minimum_angle_deg"],

@@ -29,6 +29,8 @@ def meshed(scanned, tmp_path_factory) -> Path:
     out = tmp_path_factory.mktemp("mesh")
     facts = garment_mesh({"scan": {"towel": scanned}}, out, CONFIG)
     assert facts["origin"] == "virtual scan"
+    assert facts["separation"] == "registered support"
+    assert facts["points_left_out"] > 100
     return out
 
 
@@ -172,8 +174,12 @@ def test_a_plain_cloud_without_poses_or_support_becomes_a_mesh(tmp_path):
     scanned.mkdir()
     meshed.mkdir()
     scan({"garment": {"skirt": tmp_path / "skirt.yaml"}, "scans": {"skirt": folder}}, scanned, ScanConfig())
-    garment_mesh({"scan": {"skirt": scanned}}, meshed, CONFIG)
-    assert [finding for finding in check_garment_mesh(meshed) if not finding.passed] == []
+    facts = garment_mesh({"scan": {"skirt": scanned}}, meshed, CONFIG)
+    assert (facts["separation"], facts["points_left_out"]) == ("no support given", 0)
+    (warned,) = [finding for finding in check_garment_mesh(meshed) if not finding.passed]
+    assert (warned.name, warned.blocking) == ("support_removed", False)
+    assert "0 of 9000 points left out" in warned.detail
+    assert "support.ply" in warned.detail
     figures = json.loads((meshed / "accuracy.json").read_text())
     assert not figures["virtual"]
     assert figures["openings_m"] == pytest.approx([2 * np.pi * 0.08] * 2, rel=0.05)
