@@ -1,11 +1,12 @@
 """What works on this machine, what is missing, and how to get it. Heavy packages are only imported in processes of their own."""
 
+import functools
 import importlib.metadata
 import platform
 import shutil
 import sys
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -61,21 +62,30 @@ type Probe = Callable[[], list[Diagnosis]]
 
 
 def examine(root: Path, *, at_once: int = 2) -> list[Diagnosis]:
-    """Examine the machine for the project in `root`, `at_once` probes side by side; takes about 40 s of processor time."""
-    probes: list[Probe] = [
-        lambda: [python_version(sys.version_info[:2], _wanted_python(root))],
-        lambda: [versions(_text(root / "requirements.txt"), _installed())],
-        lambda: [disk(shutil.disk_usage(root).free / 2**30)],
-        lambda: [memory(*_memory_gib())],
-        *((lambda name=name, module=module: probe_package(name, module)) for name, module in IMPORTS.items()),
-    ]
-    found: dict[int, list[Diagnosis]] = {}
+    """Examine the machine for the project in `root`, `at_once` probes side by side; takes about 40 s of processor time.
+
+    Progress names the probes under way.
+    """
+    probes: dict[str, Probe] = {
+        "python": lambda: [python_version(sys.version_info[:2], _wanted_python(root))],
+        "versions": lambda: [versions(_text(root / "requirements.txt"), _installed())],
+        "disk": lambda: [disk(shutil.disk_usage(root).free / 2**30)],
+        "memory": lambda: [memory(*_memory_gib())],
+        **{name: functools.partial(probe_package, name, module) for name, module in IMPORTS.items()},
+    }
+    found: dict[str, list[Diagnosis]] = {}
+    running: dict[Future[list[Diagnosis]], str] = {}
+    waiting = list(probes)
     with ThreadPoolExecutor(at_once) as pool:
-        running = {pool.submit(probe): index for index, probe in enumerate(probes)}
-        for done, future in enumerate(as_completed(running)):
-            found[running[future]] = future.result()
-            report(done + 1, len(probes), "examining this machine")
-    return [diagnosis for index in sorted(found) for diagnosis in found[index]]
+        while len(found) < len(probes):
+            while waiting and len(running) < at_once:
+                name = waiting.pop(0)
+                running[pool.submit(probes[name])] = name
+            report(len(found), len(probes), ", ".join(running.values()))
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                found[running.pop(future)] = future.result()
+    report(len(found), len(probes), "")
+    return [diagnosis for name in probes for diagnosis in found[name]]
 
 
 def healthy(diagnoses: list[Diagnosis]) -> bool:

@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from assets_defs._doctor import print_doctor
+from pipeline import Home
 from sim1 import doctor, system_libraries
 from sim1.doctor import Diagnosis, disk, gpu, healthy, memory, package, probe_package, python_version, versions
+from sim1.progress import listening
 from sim1.system_libraries import NEEDING, absent_libraries, import_error, missing_for, remedy
 
 ROOT = Path(__file__).parents[1]
@@ -83,13 +86,32 @@ def test_only_what_is_required_makes_a_machine_unfit():
 
 def test_the_whole_examination_covers_every_probe_in_order_and_is_json(monkeypatch):
     monkeypatch.setattr(doctor, "import_error", lambda code, **_: ("", "banner of a library\nGPU: "))
-    found = doctor.examine(ROOT)
+    steps = []
+    with listening(lambda done, total, what: steps.append((done, total, what))):
+        found = doctor.examine(ROOT)
+    count = len(doctor.IMPORTS) + 4
+    assert steps[0] == (0, count, "python, versions")  # said before the first has ended
+    assert steps[-1] == (count, count, "")
+    assert all(any(name in what.split(", ") for _, _, what in steps) for name in doctor.IMPORTS)
     names = [diagnosis.name for diagnosis in found]
     assert names[:4] == ["python", "versions", "disk", "memory"]
     assert set(doctor.IMPORTS) <= set(names)
     assert [d.ok for d in found if d.name.startswith("gpu")] == [False, False]  # a banner is no GPU
     assert all(d.remedy for d in found if not d.ok)
     assert json.loads(json.dumps([diagnosis.as_json() for diagnosis in found]))[0]["name"] == "python"
+
+
+def test_the_command_shows_each_step_beside_its_answer_and_none_with_json(monkeypatch, capsys):
+    monkeypatch.setattr(doctor, "import_error", lambda code, **_: ("", "GPU: "))
+    print_doctor(Home(ROOT), as_json=False)
+    table, steps = capsys.readouterr()
+    assert "works" in table
+    assert "now python, versions" in steps
+    assert "torch" in steps
+    print_doctor(Home(ROOT), as_json=True)
+    answer, steps = capsys.readouterr()
+    assert json.loads(answer)["schema"] == "sim1.doctor/1"
+    assert steps == ""
 
 
 def test_modules_of_the_set_up_are_light():
