@@ -8,6 +8,7 @@ from typing import Any
 import dagster as dg
 from dagster import AssetRecordsFilter, DagsterInstance
 from rich.console import Console
+from rich.markup import escape
 from rich.tree import Tree
 
 from assets_defs._recipe import VERSION_TAG, Key, asset_key
@@ -104,7 +105,10 @@ def _split(graph: Graph, name: str) -> tuple[str, Key]:
 
 
 def differences(one: dict[str, Ancestor], other: dict[str, Ancestor]) -> list[dict[str, Any]]:
-    """Where two ancestries differ, stage by stage: settings and data versions, None where a side has no such artifact."""
+    """Where two ancestries differ, stage by stage: settings and data versions, None where a side has no such artifact.
+
+    `content` of a row: "differs", "same" (only the recipe differs), or "only in one". Rows of the same content come last.
+    """
     left = {(ancestor.stage, ancestor.garment): ancestor for ancestor in one.values()}
     right = {(ancestor.stage, ancestor.garment): ancestor for ancestor in other.values()}
     rows = []
@@ -114,11 +118,18 @@ def differences(one: dict[str, Ancestor], other: dict[str, Ancestor]) -> list[di
             rows.append(
                 {
                     "artifact": f"{stage}/{garment}" if garment else stage,
+                    "content": _content(here, there),
                     "settings": _settings(here, there),
                     "data_version": [here and here.data_version[:8], there and there.data_version[:8]],
                 }
             )
-    return rows
+    return sorted(rows, key=lambda row: row["content"] == "same")
+
+
+def _content(here: Ancestor | None, there: Ancestor | None) -> str:
+    if here is None or there is None:
+        return "only in one"
+    return "same" if here.data_version == there.data_version else "differs"
 
 
 def _settings(here: Ancestor | None, there: Ancestor | None) -> dict[str, list[Any]]:
@@ -176,8 +187,17 @@ def _print_differences(rows: list[dict[str, Any]], one: str, other: str, *, as_j
     if as_json:
         print(json.dumps({"schema": "sim1.audit.difference/1", "one": one, "other": other, "rows": rows}, indent=1))
         return
-    console = Console()
-    console.print(f"{one} against {other}: {len(rows)} artifacts differ", highlight=False)
-    for row in rows:
-        settings = "; ".join(f"{key}: {a} -> {b}" for key, (a, b) in row["settings"].items())
-        console.print(f"  {row['artifact']}: {' -> '.join(map(str, row['data_version']))}  {settings}", highlight=False)
+    console = Console(highlight=False, soft_wrap=True)
+    changed, same = ([row for row in rows if (row["content"] == "same") is equal] for equal in (False, True))
+    console.print(f"{one} against {other}: the content of {len(changed)} artifacts differs")
+    for row in changed:
+        versions = " -> ".join(version or "none" for version in row["data_version"])
+        console.print(escape(f"  {row['artifact']}: {versions}  {_changes(row)}".rstrip()))
+    if same:
+        console.print(f"{len(same)} more have another recipe and the same content:")
+    for row in same:
+        console.print(escape(f"  {row['artifact']}  {_changes(row)}".rstrip()))
+
+
+def _changes(row: dict[str, Any]) -> str:
+    return "; ".join(f"{key}: {one} -> {other}" for key, (one, other) in row["settings"].items())

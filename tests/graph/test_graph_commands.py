@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from assets_defs._audit import print_audit
+
 
 def test_status_tells_fresh_from_stale_and_why(project):
     rows = json.loads(project.command("status", "--json").stdout)["artifacts"]
@@ -38,10 +40,36 @@ def test_audit_lists_every_ancestor_with_version_config_and_data(project):
     rows = json.loads(project.command("audit", "dataset", "--against", "wide", "--json").stdout)["rows"]
     assert {row["artifact"] for row in rows} == {"dataset", "model/shirt", "model/towel"}
     assert {"width": [None, 9]} in [row["settings"] for row in rows]
+    assert {row["content"] for row in rows} == {"differs"}
     assert "model/towel" in project.command("audit", "dataset").stdout
     answer = project.command("audit", "datset")
     assert answer.returncode == 2
     assert "datset: no such asset" in answer.stderr
+
+
+def test_audit_against_a_variant_keeps_equal_content_apart_from_differences(project, capsys):
+    # Comments do not count in what `ingest` writes, so both variants of `mesh` give the same artifact.
+    project.stages(mesh={"run": "toy_stages:ingest"})
+    (project.root / "pipeline" / "ablations.yaml").write_text(
+        "variants: {other: {changes: {mesh: {unused: 1}, dataset: {size: 2}}}}\n"
+    )
+    project.run()
+    print_audit(project.home, project.graph, "dataset", "other", as_json=True)
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert {row["artifact"]: row["content"] for row in rows} == {
+        "dataset": "differs",
+        "mesh/towel": "same",
+        "mesh/shirt": "same",
+        "model/towel": "same",
+        "model/shirt": "same",
+    }
+    print_audit(project.home, project.graph, "dataset", "other", as_json=False)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "dataset against other/dataset: the content of 1 artifacts differs"
+    assert lines[1].startswith("  dataset: ")
+    assert lines[1].endswith("  size: None -> 2")
+    assert lines[2] == "4 more have another recipe and the same content:"
+    assert "  mesh/towel  unused: None -> 1" in lines[3:]
 
 
 def test_audit_shows_the_parents_that_an_artifact_was_made_from_even_when_they_changed_since(made):
