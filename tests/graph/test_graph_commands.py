@@ -5,6 +5,7 @@ import json
 import pytest
 
 from assets_defs._audit import print_audit
+from assets_defs._status import print_status
 
 
 def test_status_tells_fresh_from_stale_and_why(project):
@@ -23,6 +24,23 @@ def test_status_tells_fresh_from_stale_and_why(project):
     assert by_name["dataset", None]["state"] == "waiting"
     assert by_name["model", "shirt"]["state"] == "fresh"
     assert "scan/towel: source scans changed" in project.command("status").stdout
+
+
+def test_status_cuts_no_name_at_80_columns(project, monkeypatch, capsys):
+    (project.root / "pipeline" / "ablations.yaml").write_text(
+        "variants: {a_variant_with_quite_a_long_name: {changes: {model: {width: 9}}}}\n"
+    )
+    names = [f"garment-{number}" for number in range(7)]
+    for name in names:
+        project.add_garment(name)
+    monkeypatch.setenv("COLUMNS", "80")
+    print_status(project.home, project.graph, as_json=False)
+    answer = capsys.readouterr().out
+    lines = answer.splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    assert all(name in answer for name in [*names, "shirt", "towel", "joint", "a_variant_with_quite_a_long_name"])
+    assert sum(line.split().count("·") for line in lines[1:]) == 2 + 9 * 3 + 1 + 9  # all missing, none twice
+    assert "✓ fresh  ~ stale  · missing  … waiting  ✗ failed" in lines[0]
 
 
 def test_audit_lists_every_ancestor_with_version_config_and_data(project):
