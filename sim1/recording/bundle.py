@@ -8,8 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from sim1.recording.document import SCHEMA, Document, Environment, HoldPart, Priors, read_document, write_document
+from sim1.recording.consistency import Seen, check_clocks, check_folders, check_frames, check_holds, check_lengths
+from sim1.recording.document import (
+    SCHEMA,
+    Document,
+    Environment,
+    HoldPart,
+    Priors,
+    RecordingPart,
+    read_document,
+    write_document,
+)
 from sim1.recording.mesh import RestMesh, read_mesh, write_mesh
+from sim1.recording.problems import Problems
 from sim1.recording.streams import (
     Anchors,
     Track,
@@ -22,7 +33,7 @@ from sim1.recording.streams import (
 )
 from sim1.stage import BadInput
 
-CLOCK_SLACK_S = 0.1  # a hold may be stamped by a rounded time
+NO_MESH = 2**31  # faces, where the mesh does not read: its anchors are then checked for all but the face
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,90 +82,72 @@ def read_bundle(folder: Path) -> Bundle:
     Raises:
         BadInput: anything missing, damaged or inconsistent; names the file, the row, the value and the remedy.
     """
+    problems = Problems()
+    bundle = _read(folder, problems)
+    problems.stop()
+    assert bundle is not None  # without a problem there is a bundle
+    return bundle
+
+
+def examine_bundle(folder: Path) -> tuple[Bundle | None, tuple[str, ...]]:
+    """The bundle, or None, and all that is wrong with it: the first problem of each file, and all of bundle.yaml's."""
+    problems = Problems()
+    bundle = problems.attempt(_read, folder, problems)
+    return (None if problems.found else bundle), tuple(problems.found)
+
+
+def _read(folder: Path, problems: Problems) -> Bundle | None:
     if not folder.is_dir():
         raise BadInput(f"{folder}: not a folder; expected a recording bundle with bundle.yaml, schema {SCHEMA}")
     document = read_document(folder / "bundle.yaml")
-    mesh = read_mesh(folder / document.garment.mesh)
-    anchors = read_anchors(folder / "anchors.parquet", len(mesh.faces))
-    recordings = []
-    for part in document.recordings:
-        place = folder / "recordings" / part.name
-        time_s, markers_m = read_markers(place / "markers.parquet", anchors.marker)
-        drives = read_drives(place / "drives.parquet")
-        _check_holds(folder / "bundle.yaml", part.name, part.holds, drives, len(mesh.vertices_m))
-        _check_scale(place, mesh, markers_m, time_s, drives, bool(part.holds))
-        holds = tuple(
-            Hold(
-                drive=hold.drive,
-                vertices=np.array(hold.vertices),
-                from_s=hold.from_s,
-                to_s=hold.to_s,
-                places_m=None if hold.places_m is None else np.array(hold.places_m, dtype=float),
-            )
-            for hold in part.holds
-        )
-        recordings.append(
-            Recording(
-                name=part.name, starts=part.starts, holds=holds, time_s=time_s, markers_m=markers_m, drives=drives
-            )
-        )
+    problems.attempt(check_folders, folder, document)
+    mesh = problems.attempt(read_mesh, folder / document.garment.mesh)
+    face_count = len(mesh.faces) if mesh else NO_MESH
+    anchors = problems.attempt(read_anchors, folder / "anchors.parquet", face_count)
+    recordings = [_read_recording(folder, part, document, mesh, anchors, problems) for part in document.recordings]
+    if mesh is None or anchors is None or problems.found:
+        return None
     return Bundle(
         mesh=mesh,
         prior=document.garment.prior,
         environment=document.environment,
         noise_std_m=document.markers.noise_std_m,
         anchors=anchors,
-        recordings=tuple(recordings),
+        recordings=tuple(recording for recording in recordings if recording is not None),
     )
 
 
-def _check_holds(path: Path, name: str, holds: list[HoldPart], drives: dict[str, Track], vertex_count: int) -> None:
-    for hold in holds:
-        place = f"{path}: recording {name}: hold of drive {hold.drive!r}"
-        if hold.drive not in drives:
-            raise BadInput(f"{place}: drives.parquet has {sorted(drives)}; name one of them")
-        if max(hold.vertices) >= vertex_count:
-            raise BadInput(
-                f"{place}: vertex {max(hold.vertices)} is unknown; the mesh has {vertex_count}, counted from 0"
-            )
-        first, last = drives[hold.drive].time_s[[0, -1]]
-        if hold.from_s < first - CLOCK_SLACK_S or hold.to_s > last + CLOCK_SLACK_S:
-            raise BadInput(
-                f"{place}: {hold.from_s} to {hold.to_s} s lies outside the recording ({first:.3f} to {last:.3f} s of the drive)"
-            )
-
-
-def _check_scale(
-    folder: Path, mesh: RestMesh, markers_m: np.ndarray, time_s: np.ndarray, drives: dict[str, Track], held: bool
-) -> None:
-    size = float(np.linalg.norm(np.ptp(mesh.vertices_m, axis=0)))
-    spread = np.array(
-        [
-            np.linalg.norm(np.ptp(frame[np.isfinite(frame[:, 0])], axis=0)) if np.isfinite(frame[:, 0]).any() else 0.0
-            for frame in markers_m
-        ]
+def _read_recording(
+    folder: Path,
+    part: RecordingPart,
+    document: Document,
+    mesh: RestMesh | None,
+    anchors: Anchors | None,
+    problems: Problems,
+) -> Recording | None:
+    place = folder / "recordings" / part.name
+    drives = problems.attempt(read_drives, place / "drives.parquet")
+    if drives is not None and mesh is not None:
+        problems.attempt(check_holds, folder / "bundle.yaml", part.name, part.holds, drives, mesh)
+    markers = None if anchors is None else problems.attempt(read_markers, place / "markers.parquet", anchors.marker)
+    if mesh is None or drives is None or anchors is None or markers is None:
+        return None
+    time_s, markers_m = markers
+    seen = Seen(folder=place, marker=anchors.marker, time_s=time_s, markers_m=markers_m)
+    problems.attempt(check_clocks, seen, drives)
+    problems.attempt(check_lengths, seen, mesh, anchors)
+    problems.attempt(check_frames, seen, document.environment, mesh, drives, bool(part.holds))
+    holds = tuple(
+        Hold(
+            drive=hold.drive,
+            vertices=np.array(hold.vertices),
+            from_s=hold.from_s,
+            to_s=hold.to_s,
+            places_m=None if hold.places_m is None else np.array(hold.places_m, dtype=float),
+        )
+        for hold in part.holds
     )
-    if spread.max() > 1.5 * size + 0.05:
-        frame = int(spread.argmax())
-        raise BadInput(
-            f"{folder / 'markers.parquet'}: at {time_s[frame]} s the markers span {spread.max():.3g} m on a cloth of {size:.3g} m; "
-            "are they in millimetres, or is a marker mislabelled?"
-        )
-    first = min(track.time_s[0] for track in drives.values())
-    last = max(track.time_s[-1] for track in drives.values())
-    if time_s[0] > last or time_s[-1] < first:
-        raise BadInput(
-            f"{folder / 'markers.parquet'}: markers run from {time_s[0]:.3f} to {time_s[-1]:.3f} s and drives from {first:.3f} to {last:.3f} s: "
-            "the two clocks do not overlap"
-        )
-    if held:
-        middle = np.nanmedian(markers_m, axis=(0, 1))
-        apart = min(float(np.linalg.norm(track.position_m - middle, axis=1).min()) for track in drives.values())
-        if apart > 3 * size + 1.0:
-            raise BadInput(
-                f"{folder / 'drives.parquet'}: the drives stay {apart:.3g} m away from a held cloth of {size:.3g} m; "
-                "are they in millimetres or in another frame?"
-            )
+    return Recording(name=part.name, starts=part.starts, holds=holds, time_s=time_s, markers_m=markers_m, drives=drives)
 
 
 def write_bundle(folder: Path, bundle: Bundle) -> None:

@@ -6,13 +6,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from sim1.recording.clocks import check_clock
+from sim1.recording.drive_jumps import check_path
+from sim1.recording.tables import read_table
 from sim1.stage import BadInput
 
 ANCHOR_COLUMNS = ("marker", "face", "b0", "b1", "b2")
 MARKER_COLUMNS = ("time_s", "marker", "x_m", "y_m", "z_m", "visible")
 DRIVE_COLUMNS = ("time_s", "drive", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "open")
-FASTEST_M_S, FASTEST_RAD_S = 10.0, 60.0  # no arm moves its gripper faster: such a step is a fault of the stream
-SMALLEST_JUMP_M, SMALLEST_JUMP_RAD = 0.03, 0.3  # below this, jitter of the time stamps makes speeds meaningless
+LARGEST_ID = 2**31 - 1  # ids are written as 32-bit numbers
+FARTHEST_M = 100.0  # from the origin: farther off is another unit
+LATEST_S = 1e11  # beyond any epoch
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,34 +38,6 @@ class Track:
     openness: np.ndarray  # (D,) in [0, 1]
 
 
-def _table(path: Path, columns: tuple[str, ...]) -> pd.DataFrame:
-    try:
-        table = pd.read_parquet(path)
-    except FileNotFoundError as error:
-        raise BadInput(f"{path}: missing stream; expected a Parquet table with columns {', '.join(columns)}") from error
-    except Exception as error:  # damaged Parquet raises many kinds
-        raise BadInput(f"{path}: not a readable Parquet table ({' '.join(str(error).split())[:120]})") from error
-    if sorted(table.columns) != sorted(columns):
-        raise BadInput(f"{path}: columns are {sorted(map(str, table.columns))}; expected {sorted(columns)}")
-    if table.empty:
-        raise BadInput(f"{path}: no rows; record again or drop the recording from bundle.yaml")
-    table = table.reset_index(drop=True)
-    for name in columns:
-        kind = table[name].dtype.kind
-        good = (
-            kind in "OUT" or isinstance(table[name].dtype, pd.StringDtype)
-            if name == "drive"
-            else kind == "b"
-            if name == "visible"
-            else kind in "iuf"
-        )
-        if name in ("marker", "face"):
-            good = kind in "iu"
-        if not good:
-            raise BadInput(f"{path}: column {name!r} holds {table[name].dtype}, which is not what the format asks for")
-    return table
-
-
 def _row(mask: np.ndarray) -> int:
     return int(np.argmax(mask))
 
@@ -72,22 +48,25 @@ def read_anchors(path: Path, face_count: int) -> Anchors:
     Raises:
         BadInput: a face that the mesh does not have, coordinates that do not sum to 1 or lie outside the face, a repeated marker.
     """
-    table = _table(path, ANCHOR_COLUMNS).sort_values("marker", kind="stable")
+    table = read_table(path, ANCHOR_COLUMNS).sort_values("marker", kind="stable")
     marker, face = table["marker"].to_numpy(np.int64), table["face"].to_numpy(np.int64)
     weight = table[["b0", "b1", "b2"]].to_numpy(float)
     rows = table.index.to_numpy()
     if (again := np.diff(marker) == 0).any():
         raise BadInput(f"{path}: row {rows[1:][again][0]}: marker {marker[1:][again][0]} has two anchors")
+    if (odd := (marker < 0) | (marker > LARGEST_ID)).any():
+        raise BadInput(f"{path}: row {rows[_row(odd)]}: marker id {marker[_row(odd)]}; ids run from 0 to {LARGEST_ID}")
     if (off := (face < 0) | (face >= face_count)).any():
         raise BadInput(f"{path}: row {rows[_row(off)]}: marker off the mesh: face {face[_row(off)]} of {face_count}")
+    if (out := ~((weight > -1e-6) & (weight < 1 + 1e-4)).all(1)).any():
+        raise BadInput(
+            f"{path}: row {rows[_row(out)]}: marker off the mesh: barycentric {weight[_row(out)].tolist()} lies outside its face "
+            "(each from 0 to 1)"
+        )
     total = weight.sum(1)
-    if (bad := ~(np.abs(total - 1) < 1e-4)).any():
+    if (bad := np.abs(total - 1) > 1e-4).any():
         raise BadInput(
             f"{path}: row {rows[_row(bad)]}: b0 + b1 + b2 is {total[_row(bad)]:.6g}; barycentric coordinates sum to 1"
-        )
-    if (out := (weight < -1e-6).any(1)).any():
-        raise BadInput(
-            f"{path}: row {rows[_row(out)]}: marker off the mesh: barycentric {weight[_row(out)]} lies outside its face"
         )
     return Anchors(marker=marker, face=face, weight=weight)
 
@@ -98,16 +77,15 @@ def read_markers(path: Path, marker: np.ndarray) -> tuple[np.ndarray, np.ndarray
     Raises:
         BadInput: a clock that stands or runs backwards, NaN where visible, unknown or missing markers, nothing visible.
     """
-    table = _table(path, MARKER_COLUMNS)
+    table = read_table(path, MARKER_COLUMNS)
     time, ids = table["time_s"].to_numpy(float), table["marker"].to_numpy(np.int64)
     place, seen = table[["x_m", "y_m", "z_m"]].to_numpy(float), table["visible"].to_numpy(bool)
-    if (bad := ~np.isfinite(time)).any():
-        raise BadInput(f"{path}: row {_row(bad)}: time_s is {time[_row(bad)]}")
-    if (back := np.diff(time) < 0).any():
-        row = _row(back) + 1
-        raise BadInput(
-            f"{path}: row {row}: the clock runs back from {time[row - 1]} s to {time[row]} s; sort or repair the time stamps"
-        )
+    if (bad := ~(np.abs(time) < LATEST_S)).any():
+        raise BadInput(f"{path}: row {_row(bad)}: time_s is {time[_row(bad)]}; expected seconds, finite")
+    frames, first, frame = np.unique(time, return_index=True, return_inverse=True)
+    if (np.diff(time) < 0).any():  # the rows of a frame share a stamp, so the stream's clock is that of its rows
+        check_clock(str(path), time, lambda row: row)
+    check_clock(str(path), frames, lambda at: int(first[at]))
     if (unknown := ~np.isin(ids, marker)).any():
         raise BadInput(
             f"{path}: row {_row(unknown)}: marker {ids[_row(unknown)]} has no anchor; add it to anchors.parquet or drop it"
@@ -116,9 +94,12 @@ def read_markers(path: Path, marker: np.ndarray) -> tuple[np.ndarray, np.ndarray
         raise BadInput(
             f"{path}: row {_row(hidden)}: marker {ids[_row(hidden)]} is visible and its place {place[_row(hidden)]}; set visible=false"
         )
+    if (far := seen & (np.abs(place) > FARTHEST_M).any(1)).any():
+        raise BadInput(
+            f"{path}: row {_row(far)}: marker {ids[_row(far)]} is at {place[_row(far)].tolist()}; expected metres: are these millimetres?"
+        )
     if not seen.any():
         raise BadInput(f"{path}: no marker is visible in any of {len(table)} rows; nothing can be compared")
-    frames, frame = np.unique(time, return_inverse=True)
     column = np.searchsorted(marker, ids)
     count = np.zeros((len(frames), len(marker)), int)
     np.add.at(count, (frame, column), 1)
@@ -141,9 +122,7 @@ def read_drives(path: Path) -> dict[str, Track]:
     Raises:
         BadInput: a clock that stands or runs backwards, NaN, a quaternion that is not unit, openness outside [0, 1], a jump.
     """
-    table = _table(path, DRIVE_COLUMNS)
-    if table["drive"].isna().any() or not table["drive"].map(lambda name: isinstance(name, str)).all():
-        raise BadInput(f"{path}: column 'drive' holds values that are not names")
+    table = read_table(path, DRIVE_COLUMNS)
     return {str(name): _track(path, str(name), part) for name, part in table.groupby("drive", sort=True)}
 
 
@@ -155,15 +134,15 @@ def _track(path: Path, name: str, part: pd.DataFrame) -> Track:
             f"{path}: row {rows[_row(bad)]}: drive {name!r} has a value that is not finite; a command is always known"
         )
     time, position, rotation, openness = values[:, 0], values[:, 1:4], values[:, 4:8], values[:, 8]
+    if (far := (np.abs(position) > FARTHEST_M).any(1) | (np.abs(time) > LATEST_S)).any():
+        raise BadInput(
+            f"{path}: row {rows[_row(far)]}: drive {name!r} is at {position[_row(far)].tolist()} at {time[_row(far)]} s; "
+            "expected metres and seconds: are these millimetres?"
+        )
     if len(time) < 2:
         raise BadInput(f"{path}: drive {name!r} has {len(time)} sample; a path needs 2 or more")
-    step = np.diff(time)
-    if (still := step <= 0).any():
-        row = _row(still) + 1
-        raise BadInput(
-            f"{path}: row {rows[row]}: the clock of drive {name!r} goes from {time[row - 1]} s to {time[row]} s; it must increase"
-        )
-    length = np.linalg.norm(rotation, axis=1)
+    check_clock(f"{path}: drive {name!r}", time, lambda at: int(rows[at]))
+    length = np.linalg.norm(np.clip(rotation, -9, 9), axis=1)  # clipped: a square must not overflow
     if (bad := np.abs(length - 1) > 1e-2).any():
         raise BadInput(
             f"{path}: row {rows[_row(bad)]}: quaternion of drive {name!r} has length {length[_row(bad)]:.4g}; expected 1 (qw, qx, qy, qz)"
@@ -173,19 +152,7 @@ def _track(path: Path, name: str, part: pd.DataFrame) -> Track:
     rotation = np.where(np.abs(length - 1)[:, None] > 1e-9, rotation / length[:, None], rotation)
     flips = np.where((rotation[1:] * rotation[:-1]).sum(1) < 0, -1.0, 1.0)
     rotation = rotation * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
-    moved = np.linalg.norm(np.diff(position, axis=0), axis=1)
-    if (jump := (moved > SMALLEST_JUMP_M) & (moved / step > FASTEST_M_S)).any():
-        row = _row(jump) + 1
-        raise BadInput(
-            f"{path}: row {rows[row]}: drive {name!r} jumps by {moved[row - 1]:.3g} m in {step[row - 1]:.3g} s at {time[row]} s; "
-            "repair the stream (a lost packet, or millimetres)"
-        )
-    turned = 2 * np.arccos(np.clip(np.abs((rotation[1:] * rotation[:-1]).sum(1)), 0, 1))
-    if (jump := (turned > SMALLEST_JUMP_RAD) & (turned / step > FASTEST_RAD_S)).any():
-        row = _row(jump) + 1
-        raise BadInput(
-            f"{path}: row {rows[row]}: drive {name!r} turns by {turned[row - 1]:.3g} rad in {step[row - 1]:.3g} s; repair the stream"
-        )
+    check_path(f"{path}: drive {name!r}", time, position, rotation, lambda at: int(rows[at]))
     return Track(time_s=time, position_m=position, rotation_wxyz=rotation, openness=openness)
 
 

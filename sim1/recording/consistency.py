@@ -1,0 +1,172 @@
+"""What the files of a bundle say about each other: clocks, lengths, folders, holds."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sim1.recording.document import Document, Environment, HoldPart
+from sim1.recording.mesh import RestMesh
+from sim1.recording.streams import Anchors, Track
+from sim1.stage import BadInput
+
+CLOCK_SLACK_S = 0.1  # a hold may be stamped by a rounded time
+UNCOVERED_S = 0.5  # clocks that differ by as much are a mismatch to be found, not a damaged file
+STRETCHED = 1.3  # markers farther apart than the mesh allows: woven cloth tears before
+BELOW_TABLE_M = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seen:
+    """Markers of one recording: T frames of M markers."""
+
+    folder: Path  # recordings/NAME
+    marker: np.ndarray  # (M,) ids
+    time_s: np.ndarray  # (T,)
+    markers_m: np.ndarray  # (T, M, 3), NaN where not seen
+
+    @property
+    def path(self) -> Path:
+        return self.folder / "markers.parquet"
+
+
+def check_folders(folder: Path, document: Document) -> None:
+    """Check that each folder of `recordings/` is listed.
+
+    Raises:
+        BadInput: one is not.
+    """
+    listed = {part.name for part in document.recordings}
+    place = folder / "recordings"
+    found = {path.name for path in place.iterdir() if path.is_dir()} if place.is_dir() else set()
+    if extra := sorted(name for name in found - listed if not name.startswith(".")):
+        raise BadInput(
+            f"{folder / 'bundle.yaml'}: recordings: the folder recordings/{extra[0]} is not listed "
+            f"({len(extra)} such); list it, or move it out of the bundle"
+        )
+
+
+def check_holds(path: Path, name: str, holds: list[HoldPart], drives: dict[str, Track], mesh: RestMesh) -> None:
+    """Check the holds of one recording against its drives and the mesh; `path` is that of bundle.yaml.
+
+    Raises:
+        BadInput: an unknown drive or vertex, a time outside the drive's path, places that do not fit the mesh.
+    """
+    size = mesh_size_m(mesh)
+    for hold in holds:
+        place = f"{path}: recording {name}: hold of drive {hold.drive!r}"
+        if hold.drive not in drives:
+            raise BadInput(f"{place}: drives.parquet has {sorted(drives)}; name one of them")
+        if max(hold.vertices) >= len(mesh.vertices_m):
+            raise BadInput(
+                f"{place}: vertex {max(hold.vertices)} is unknown; the mesh has {len(mesh.vertices_m)}, counted from 0"
+            )
+        first, last = drives[hold.drive].time_s[[0, -1]]
+        if hold.from_s < first - CLOCK_SLACK_S or hold.to_s > last + CLOCK_SLACK_S:
+            raise BadInput(
+                f"{place}: {hold.from_s} to {hold.to_s} s lies outside the recording ({first:.3f} to {last:.3f} s of the drive)"
+            )
+        spread = float(np.linalg.norm(np.ptp(np.array(hold.places_m or [[0, 0, 0]], float), axis=0)))
+        if spread > 1.5 * size + 0.02:
+            raise BadInput(
+                f"{place}: places_m span {spread:.3g} m on a cloth of {size:.3g} m; expected metres in the drive's frame"
+            )
+
+
+def check_clocks(seen: Seen, drives: dict[str, Track]) -> None:
+    """Check that every drive covers the markers' time.
+
+    Raises:
+        BadInput: the clocks do not overlap, or a drive starts after the markers or ends before them.
+    """
+    begin, end = seen.time_s[[0, -1]]
+    for name, track in sorted(drives.items()):
+        first, last = track.time_s[[0, -1]]
+        ranges = f"markers run from {begin:.3f} to {end:.3f} s and drive {name!r} from {first:.3f} to {last:.3f} s"
+        if begin > last or end < first:
+            raise BadInput(
+                f"{seen.path}: {ranges}: the two clocks do not overlap; shift one stream by a constant, "
+                "or pair the files of one recording"
+            )
+        if first > begin + UNCOVERED_S or last < end - UNCOVERED_S:
+            raise BadInput(
+                f"{seen.folder / 'drives.parquet'}: {ranges}: the drive is shorter than the markers; "
+                "cut the markers, or record the drive throughout"
+            )
+
+
+def check_lengths(seen: Seen, mesh: RestMesh, anchors: Anchors) -> None:
+    """Check that the markers are as far from each other as the mesh lets them be.
+
+    Raises:
+        BadInput: another unit, another mesh, a marker mislabelled.
+    """
+    size = mesh_size_m(mesh)
+    for frame, points in zip(seen.time_s, seen.markers_m, strict=True):
+        there = points[np.isfinite(points[:, 0])]
+        if len(there) > 1 and (span := float(np.linalg.norm(np.ptp(there, axis=0)))) > 1.5 * size + 0.05:
+            raise BadInput(
+                f"{seen.path}: at {frame} s the markers span {span:.3g} m on a cloth of {size:.3g} m; "
+                "are they in millimetres, or is a marker mislabelled?"
+            )
+    if (ratio := stretch(mesh, anchors, seen.markers_m)) is not None and ratio > STRETCHED:
+        raise BadInput(
+            f"{seen.path}: markers are {ratio:.3g} times as far apart as their anchors on the mesh (median of pairs); "
+            "the mesh has another size or unit, or the anchors belong to other markers"
+        )
+
+
+def check_frames(seen: Seen, environment: Environment, mesh: RestMesh, drives: dict[str, Track], held: bool) -> None:
+    """Check that markers, drives and table can be in one frame.
+
+    Raises:
+        BadInput: a held cloth far from all drives, a marker far from the others, a cloth far below the table.
+    """
+    size = mesh_size_m(mesh)
+    middle = np.nanmedian(seen.markers_m, axis=(0, 1))
+    apart = min(float(np.linalg.norm(track.position_m - middle, axis=1).min()) for track in drives.values())
+    if held and apart > 3 * size + 1.0:
+        raise BadInput(
+            f"{seen.folder / 'drives.parquet'}: the drives stay {apart:.3g} m away from a held cloth of {size:.3g} m; "
+            "are they in millimetres or in another frame?"
+        )
+    away = np.linalg.norm(seen.markers_m - middle, axis=2)
+    travel = max(float(np.linalg.norm(np.ptp(track.position_m, axis=0))) for track in drives.values())
+    if held and np.nanmax(away) > 3 * size + 1.0 + travel:
+        frame, column = np.unravel_index(np.nanargmax(away), away.shape)
+        raise BadInput(
+            f"{seen.path}: at {seen.time_s[frame]} s marker {seen.marker[column]} is {away[frame, column]:.3g} m away from "
+            f"where the cloth is, at {seen.markers_m[frame, column].tolist()}; set visible=false where it was not tracked"
+        )
+    if environment.table is not None and middle[2] < environment.table.height_m - BELOW_TABLE_M:
+        raise BadInput(
+            f"{seen.path}: the cloth is {environment.table.height_m - middle[2]:.3g} m below the table at "
+            f"{environment.table.height_m} m (bundle.yaml: environment.table.height_m); is z up, and is it the same frame?"
+        )
+
+
+def mesh_size_m(mesh: RestMesh) -> float:
+    """Diagonal of the mesh's box."""
+    return float(np.linalg.norm(np.ptp(mesh.vertices_m, axis=0)))
+
+
+def stretch(mesh: RestMesh, anchors: Anchors, markers_m: np.ndarray) -> float | None:
+    """How many times as far apart as on a flat mesh the markers (T, M, 3) are, median over pairs and frames.
+
+    None where it does not say anything: fewer than two markers, a mesh that is not flat (a straight line through the air
+    is shorter than the way over the cloth), pairs never seen together.
+    """
+    extent = np.linalg.svd(mesh.vertices_m - mesh.vertices_m.mean(0), compute_uv=False)
+    if len(anchors.marker) < 2 or extent[2] > 0.01 * extent[0]:
+        return None
+    places = (mesh.vertices_m[mesh.faces[anchors.face]] * anchors.weight[..., None]).sum(1)
+    a, b = np.triu_indices(len(places), 1)
+    rest = np.linalg.norm(places[a] - places[b], axis=1)
+    far = np.argsort(-rest)[:300]  # long pairs: noise is nothing beside them
+    far = far[rest[far] > max(0.2 * rest.max(), 1e-6)]
+    every = max(1, len(markers_m) // 200)
+    now = np.linalg.norm(markers_m[::every, a[far]] - markers_m[::every, b[far]], axis=2)
+    together = np.isfinite(now).any(0)
+    if not together.any():
+        return None
+    return float(np.median(np.nanmedian(now[:, together], axis=0) / rest[far][together]))

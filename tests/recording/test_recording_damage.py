@@ -1,0 +1,369 @@
+"""Whatever is done to a bundle, the reader gives a bundle or says in one line which file is at fault."""
+
+import shutil
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from test_recording_bundle import DRIVES, FRAMES, MARKERS, SAMPLES, change, change_yaml, small_bundle
+
+from sim1.recording.bundle import examine_bundle, read_bundle, write_bundle
+from sim1.stage import BadInput
+
+ANCHORS = "anchors.parquet"
+FILES = ["bundle.yaml", "garment.obj", ANCHORS, MARKERS, DRIVES]
+ANY_FILE = r"bundle\.yaml|garment\.obj|anchors\.parquet|markers\.parquet|drives\.parquet"
+NUMBERS = {
+    ANCHORS: ["b0", "b1", "b2"],
+    MARKERS: ["time_s", "x_m", "y_m", "z_m"],
+    DRIVES: ["time_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "open"],
+}
+ROWS = {ANCHORS: 3, MARKERS: 3 * FRAMES, DRIVES: SAMPLES}
+HIDDEN = 3 * 3 + 1  # the one row of markers.parquet that is not visible
+
+often = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("damage") / "good"
+    write_bundle(folder, small_bundle())
+    return folder
+
+
+@pytest.fixture
+def folder(good, tmp_path):
+    return Path(shutil.copytree(good, tmp_path / "b"))
+
+
+@contextmanager
+def damaged(folder: Path, file: str):
+    whole = (folder / file).read_bytes()
+    try:
+        yield folder / file
+    finally:
+        (folder / file).write_bytes(whole)
+
+
+def refused_by_name(folder: Path, words: str = ANY_FILE) -> None:
+    with pytest.raises(BadInput, match=words):
+        read_bundle(folder)
+
+
+def read_or_refused_by_name(folder: Path) -> None:
+    try:
+        read_bundle(folder)
+        said = "bundle.yaml"
+    except BadInput as error:
+        said = str(error)
+    assert any(Path(file).name in said for file in FILES), said
+
+
+@often
+@given(data=st.data(), file=st.sampled_from(list(NUMBERS)))
+def test_no_absurd_number_gets_through(folder, data, file):
+    row = data.draw(st.integers(0, ROWS[file] - 1).filter(lambda row: (file, row) != (MARKERS, HIDDEN)), "row")
+    column = data.draw(st.sampled_from(NUMBERS[file]), "column")
+    value = data.draw(st.sampled_from([np.nan, np.inf, -np.inf, 1e6, -1e6, 1e300, -1e300]), "value")
+    with damaged(folder, file) as path:
+        table = pd.read_parquet(path).astype({column: float})
+        table.loc[row, column] = value
+        table.to_parquet(path, index=False)
+        refused_by_name(folder)
+
+
+def test_what_stands_in_a_row_that_is_not_visible_does_not_matter(folder):
+    before = read_bundle(folder).recordings[1].markers_m
+
+    def fill(table):
+        table.loc[HIDDEN, ["x_m", "y_m", "z_m"]] = [1e30, np.inf, 0.0]
+
+    change(folder / MARKERS, fill)
+    np.testing.assert_array_equal(read_bundle(folder).recordings[1].markers_m, before)
+
+
+KINDS = {
+    "text": lambda column: column.astype(str),
+    "truth values": lambda column: np.arange(len(column)) % 2 == 0,
+    "complex": lambda column: column.map(lambda _: [1.0, 2.0]),
+    "dates": lambda column: pd.to_datetime(np.arange(len(column))),
+    "nothing": lambda column: [None] * len(column),
+    "bytes": lambda column: [b"\xff"] * len(column),
+    "empty cells": lambda column: pd.array([None, *[1] * (len(column) - 1)], dtype="Int64"),
+    "empty truth": lambda column: pd.array([None, *[True] * (len(column) - 1)], dtype="boolean"),
+    "categories": lambda column: column.astype(str).astype("category"),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("file", [ANCHORS, MARKERS, DRIVES])
+def test_a_column_of_another_kind_is_refused_by_name(folder, file, kind):
+    whole = pd.read_parquet(folder / file)
+    for name in whole.columns:
+        if name == "drive" and kind in ("text", "categories"):
+            continue
+        whole.assign(**{name: KINDS[kind](whole[name])}).to_parquet(folder / file, index=False)
+        if name == "visible" and kind == "truth values":
+            read_or_refused_by_name(folder)
+        else:
+            refused_by_name(folder, rf"{Path(file).name}.*('{name}'|no row|not a name)")
+
+
+@pytest.mark.parametrize("name", ["category", "string", "Float32", "float32"])
+def test_the_same_values_in_another_storage_are_the_same_bundle(folder, name):
+    names = ["drive"] if name in ("category", "string") else NUMBERS[DRIVES]
+    change(folder / DRIVES, lambda table: table.astype(dict.fromkeys(names, name)))
+    ours, back = small_bundle().recordings[1].drives["left"], read_bundle(folder).recordings[1].drives["left"]
+    np.testing.assert_allclose(back.position_m, ours.position_m, atol=1e-6)
+
+
+@often
+@given(data=st.data(), file=st.sampled_from([ANCHORS, MARKERS, DRIVES]))
+def test_rows_and_columns_lost_doubled_or_mixed_never_pass_in_silence(folder, data, file):
+    whole = pd.read_parquet(folder / file)
+    row = data.draw(st.integers(0, len(whole) - 1), "row")
+    column = data.draw(st.sampled_from(list(whole.columns)), "column")
+    change_of = {
+        "row doubled": pd.concat([whole, whole.iloc[[row]]]),
+        "column lost": whole.drop(columns=column),
+        "column renamed": whole.rename(columns={column: column + "m"}),
+        "column added": whole.assign(force_n=1.0),
+        "rows backwards": whole.iloc[::-1],
+        "no rows": whole.iloc[:0],
+    }
+    if file != DRIVES:
+        change_of["row lost"] = whole.drop(index=row)
+    what = data.draw(st.sampled_from(sorted(change_of)), "what")
+    with damaged(folder, file) as path:
+        change_of[what].to_parquet(path, index=False)
+        if what == "rows backwards" and file == ANCHORS:
+            read_bundle(folder)  # anchors are no series
+        else:
+            refused_by_name(folder, Path(file).name if what != "row lost" else ANY_FILE)
+
+
+@often
+@given(data=st.data(), file=st.sampled_from(FILES))
+def test_scrambled_bytes_are_read_or_refused_by_name(folder, data, file):
+    whole = bytearray((folder / file).read_bytes())
+    if data.draw(st.booleans(), "cut"):
+        del whole[data.draw(st.integers(0, len(whole) - 1), "from") :]
+    else:
+        for _ in range(data.draw(st.integers(1, 8), "count")):
+            whole[data.draw(st.integers(0, len(whole) - 1), "at")] = data.draw(st.integers(0, 255), "byte")
+    with damaged(folder, file) as path:
+        path.write_bytes(bytes(whole))
+        read_or_refused_by_name(folder)
+
+
+def _leaves(content, place=()):
+    pairs = content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
+    found = [(*place, key) for key, _ in pairs]
+    return found + [deeper for key, value in pairs for deeper in _leaves(value, (*place, key))]
+
+
+ODD = st.sampled_from(
+    [
+        None,
+        True,
+        "",
+        "x",
+        "../..",
+        -1,
+        0,
+        10**30,
+        -1e300,
+        1e300,
+        1e-300,
+        [],
+        {},
+        [[]],
+        [True],
+        ["a"],
+        {"a": 1},
+        "\x00",
+        "é",
+    ]
+)
+
+
+@often
+@given(data=st.data(), value=ODD, drop=st.booleans())
+def test_odd_values_in_bundle_yaml_are_read_or_refused_by_name(folder, data, value, drop):
+    place = data.draw(st.sampled_from(_leaves(yaml.safe_load((folder / "bundle.yaml").read_text()))), "place")
+
+    def edit(content):
+        for key in place[:-1]:
+            content = content[key]
+        if drop:
+            del content[place[-1]]
+        else:
+            content[place[-1]] = value
+
+    with damaged(folder, "bundle.yaml"):
+        change_yaml(folder, edit)
+        read_or_refused_by_name(folder)
+
+
+@often
+@given(data=st.data())
+def test_odd_words_in_the_mesh_are_read_or_refused_by_name(folder, data):
+    lines = (folder / "garment.obj").read_text().splitlines()
+    row = data.draw(st.integers(0, len(lines) - 1), "line")
+    words = lines[row].split()
+    odd = ["nan", "inf", "1e400", "1e300", "-1", "0", "9" * 25, "1/", "/1", "1//1", "x", "1/1/1", "0.3", "v", "f", ""]
+    words[data.draw(st.integers(0, len(words) - 1), "word")] = data.draw(st.sampled_from(odd), "new")
+    with damaged(folder, "garment.obj") as path:
+        path.write_text("\n".join([*lines[:row], " ".join(words), *lines[row + 1 :]]) + "\n")
+        read_or_refused_by_name(folder)
+
+
+def _with(file, edit):
+    return lambda folder: change(folder / file, edit)
+
+
+def _mesh(old, new):
+    return lambda folder: (folder / "garment.obj").write_text((folder / "garment.obj").read_text().replace(old, new))
+
+
+def _yaml(edit):
+    return lambda folder: change_yaml(folder, edit)
+
+
+def _hold(content):
+    return content["recordings"][1]["holds"][0]
+
+
+def _line(text):
+    return lambda folder: (folder / "bundle.yaml").write_text(text + (folder / "bundle.yaml").read_text())
+
+
+def _in_milliseconds(folder):
+    for file in (MARKERS, DRIVES):
+        change(folder / file, lambda table: table.assign(time_s=table["time_s"] * 1000))
+
+
+def _late(table):
+    return table.assign(time_s=table["time_s"] + 1.0)
+
+
+def _lone_jump(table):
+    table.loc[7:, "x_m"] += 0.08  # 8 m/s for one sample: within an arm's speed, and yet no arm does it
+
+
+def _gap(table):
+    return table[(table["time_s"] < 0.02) | (table.index == len(table) - 1)].assign(
+        time_s=lambda t: np.where(t["time_s"] > 0.02, t["time_s"] + 0.6, t["time_s"])
+    )
+
+
+def _one_marker_away(table):
+    table.loc[table.index % 3 != 0, "visible"] = False
+    table.loc[6, "x_m"] = 30.0
+
+
+HARM = {
+    "a folder that is not listed": (
+        lambda f: (f / "recordings/c").mkdir(),
+        r"bundle\.yaml.*recordings/c is not listed",
+    ),
+    "a key twice": (_line("schema: sim1.recordings/1\n"), r"bundle\.yaml.*'schema' occurs twice"),
+    "a truth value for a number": (_yaml(lambda c: _hold(c).update(to_s=True)), r"bundle\.yaml.*truth value"),
+    "std and log_std": (
+        _yaml(lambda c: c["garment"]["prior"]["stretch_n_m"].update(std=1.0)),
+        r"bundle\.yaml.*stretch_n_m.*keep one",
+    ),
+    "gravity along y": (_yaml(lambda c: c["environment"].update(gravity_m_s2=[0, -9.81, 0])), r"bundle\.yaml.*z is up"),
+    "noise in millimetres": (_yaml(lambda c: c["markers"].update(noise_std_m=0.8)), r"bundle\.yaml.*noise_std_m"),
+    "places in millimetres": (
+        _yaml(lambda c: _hold(c).update(places_m=[[0, 0, 0], [300, 0, 0]])),
+        r"bundle\.yaml.*places_m",
+    ),
+    "places in centimetres": (
+        _yaml(lambda c: _hold(c).update(places_m=[[0, 0, 0], [1.5, 0, 0]])),
+        r"bundle\.yaml.*places_m",
+    ),
+    "a table above the cloth": (
+        _yaml(lambda c: c["environment"].update(table={"height_m": 2.0, "friction": {"value": 0.4}})),
+        r"markers\.parquet.*below the table",
+    ),
+    "stamps in milliseconds": (_in_milliseconds, r"drives\.parquet.*milliseconds"),
+    "a frame stamped twice": (
+        _with(
+            MARKERS, lambda t: t.assign(time_s=t["time_s"].replace(t["time_s"].unique()[5], t["time_s"].unique()[4]))
+        ),
+        r"markers\.parquet.*2 rows of marker",
+    ),
+    "two frames nearly at once": (
+        _with(
+            MARKERS,
+            lambda t: t.assign(time_s=t["time_s"].replace(t["time_s"].unique()[5], t["time_s"].unique()[4] + 1e-9)),
+        ),
+        r"markers\.parquet.*stands still",
+    ),
+    "drives that start late": (_with(DRIVES, _late), r"outside the recording \(1\.000 to"),
+    "drives that end early": (
+        lambda f: (
+            change(f / MARKERS, lambda t: t.assign(time_s=t["time_s"] * 3)),
+            change_yaml(f, lambda c: _hold(c).update(to_s=0.3)),
+        ),
+        r"drives\.parquet.*shorter than the markers",
+    ),
+    "a lone jump": (_with(DRIVES, _lone_jump), r"drives\.parquet.*row 7.*jumps"),
+    "a gap in the commands": (_with(DRIVES, _gap), r"drives\.parquet.*no command for"),
+    "a lone marker far away": (_with(MARKERS, _one_marker_away), r"markers\.parquet.*marker 2 is 3\d"),
+    "anchors of another cloth": (
+        _with(MARKERS, lambda t: t.assign(y_m=0.0, z_m=0.0, x_m=np.tile([0.0, 0.23, 0.45], FRAMES))),
+        r"markers\.parquet.*times as far apart",
+    ),
+    "a negative marker id": (_with(ANCHORS, lambda t: t.assign(marker=[-2, 5, 7])), r"anchors\.parquet.*marker id -2"),
+    "a face without area": (_mesh("v 0.3 0.3 0", "v 0.15 0 0"), r"garment\.obj.*no area"),
+    "a face of one vertex twice": (_mesh("f 1/1 2/2 3/3", "f 1/1 2/2 2/2"), r"garment\.obj.*(no area|no face)"),
+    "a face twice": (_mesh("f 1/1 2/2 3/3\n", "f 1/1 2/2 3/3\nf 2/2 3/3 1/1\n"), r"garment\.obj.*occurs twice"),
+    "a vertex twice": (_mesh("vt 0 0\n", "v 0.3 0.3 0\nvt 0 0\n"), r"garment\.obj.*same place"),
+    "a vertex in no face": (_mesh("vt 0 0\n", "v 0.1 0.3 0.1\nvt 0 0\n"), r"garment\.obj.*vertex 4 belongs to no face"),
+    "a texture from 0 to 1": (
+        _mesh("vt 0.3 0\nvt 0.3 0.3\nvt 0 0.3", "vt 1 0\nvt 1 1\nvt 0 1"),
+        r"garment\.obj.*`vt` are 3\.33 times",
+    ),
+    "vt squeezed along one side": (
+        _mesh("vt 0.3 0\nvt 0.3 0.3", "vt 0.1 0\nvt 0.1 0.3"),
+        r"garment\.obj.*`vt`",
+    ),
+    "half a material coordinate": (_mesh("vt 0.3 0.3", "vt 0.3"), r"garment\.obj:\d+.*expected 2"),
+    "a corner without material": (_mesh("f 1/1 2/2 3/3", "f 1/1 2/2 3"), r"garment\.obj.*face 0 has no `vt`"),
+    "relative indices": (_mesh("f 1/1 2/2 3/3", "f -4/1 -3/2 -2/3"), r"garment\.obj:\d+.*not supported"),
+}
+
+
+@pytest.mark.parametrize("harm", HARM)
+def test_a_harmed_bundle_is_refused_with_file_value_and_remedy(folder, harm):
+    do, words = HARM[harm]
+    do(folder)
+    with pytest.raises(BadInput, match=f"(?s){words}"):
+        read_bundle(folder)
+
+
+def test_the_examination_names_what_is_wrong_in_every_file(folder):
+    for do, _ in (
+        HARM["a face twice"],
+        HARM["a negative marker id"],
+        HARM["a lone jump"],
+        HARM["two frames nearly at once"],
+    ):
+        do(folder)
+    bundle, problems = examine_bundle(folder)
+    assert bundle is None
+    assert len(problems) == 3  # without anchors, markers cannot be told
+
+
+def test_the_examination_names_every_fault_of_bundle_yaml(folder):
+    HARM["noise in millimetres"][0](folder)
+    HARM["std and log_std"][0](folder)
+    HARM["gravity along y"][0](folder)
+    assert len(examine_bundle(folder)[1]) == 3
