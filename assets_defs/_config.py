@@ -4,6 +4,7 @@ import functools
 import importlib
 import typing
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pydantic
@@ -28,6 +29,12 @@ def stage_function(run: str) -> Callable[..., Any]:
 def check_function(node: Node) -> Callable[..., Any] | None:
     """`check_<stage>` beside the stage's function, where there is one."""
     return getattr(importlib.import_module(node.stage.run.split(":")[0]), f"check_{node.stage.name}", None)
+
+
+def source_check(node: Node, name: str) -> Callable[[Path], object]:
+    """`check_source_<name>` beside the stage's function: raises BadInput at a fault in that file. Nothing where there is none."""
+    module = importlib.import_module(node.stage.run.split(":")[0])
+    return getattr(module, f"check_source_{name}", lambda path: None)
 
 
 @functools.cache

@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 from assets_defs._config import check_function, config_of, stage_function
 from assets_defs._digest import RECORD, digest_json
 from assets_defs._recipe import Key, Snapshot
+from assets_defs._sources import source
 from assets_defs._store import StoreError, place, verified
 from pipeline import Home, Node
 from sim1 import progress
@@ -150,14 +151,9 @@ def _inputs(home: Home, snapshot: Snapshot, node: Node, key: Key) -> dict[str, d
         if record["data_version"] != snapshot.version(parent, parent_key):
             raise StoreError(f"{folder}: is not the version that the event log knows; run it again: sim1 run")
         inputs[name][parent_key or ""] = folder
-    for name, template in node.stage.sources.items():
-        source = home.root / template.format(garment=key)
-        if not source.exists():
-            raise BadInput(f"{source}: missing; stage {node.stage.name} needs it (its source {name!r})")
-        inputs[name] = {key or "": source}
-    for name, template in node.stage.optional_sources.items():
-        source = home.root / template.format(garment=key)
-        inputs[name] = {key or "": source} if source.exists() else {}
+    for name in (*node.stage.sources, *node.stage.optional_sources):
+        path = source(home, node, key, name)
+        inputs[name] = {key or "": path} if path else {}
     if node.stage.timings:
         inputs["timings"] = {"": _timings(home, snapshot, place(home, node, key).part)}
     return inputs

@@ -64,6 +64,7 @@ def run(
     """Make everything that is not fresh. A killed run goes on where it was."""
     home, graph = _open_home(profile)
     from assets_defs._run import run_with_progress, selected
+    from assets_defs._sources import faults
 
     try:
         nodes = selected(graph, select, variant)
@@ -73,6 +74,11 @@ def run(
             )
     except ValueError as error:
         _stop(str(error))
+    if found := faults(home, graph, nodes, garment):
+        _stop(
+            "nothing was made; mend these files first (or name the garments to make with --garment)\n  "
+            + "\n  ".join(found)
+        )
     raise typer.Exit(run_with_progress(home, graph, nodes, garment, jobs))
 
 

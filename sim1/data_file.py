@@ -20,7 +20,8 @@ def read_data_file[T](path: Path, kind: type[T], schema: str) -> T:
     except OSError as error:
         raise BadInput(f"{path}: cannot be read ({error.strerror}); restore the file") from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path}: not YAML ({error}); correct the file") from error
+        said = " ".join(str(error).split()).replace('in "<unicode string>", ', "")
+        raise BadInput(f"{path}: not readable as YAML ({said}); correct the file") from error
     if not isinstance(document, dict) or document.get("schema") != schema:
         found = document.get("schema") if isinstance(document, dict) else document
         raise BadInput(f"{path}: schema is {found!r}, expected {schema!r}")
@@ -28,8 +29,21 @@ def read_data_file[T](path: Path, kind: type[T], schema: str) -> T:
     try:
         return TypeAdapter(kind).validate_python(fields)
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise BadInput(
-            f"{path}: {place}: {first['msg']} (found {str(first['input'])[:80]!r}); correct the file"
-        ) from error
+        raise BadInput(f"{path}: {explained(error)}") from error
+
+
+def explained(error: ValidationError) -> str:
+    """What is wrong with which key, in one line for the person who wrote the file."""
+    said = []
+    for item in error.errors():
+        place = ".".join(str(part) for part in item["loc"])
+        match item["type"]:
+            case _ if not place:
+                said.append(item["msg"])
+            case "unexpected_keyword_argument" | "extra_forbidden":
+                said.append(f"unknown key {place!r}; remove it or correct its spelling")
+            case "missing" | "missing_argument" | "missing_keyword_only_argument":
+                said.append(f"key {place!r} is missing")
+            case _:
+                said.append(f"{place} is {item['input']!r:.80}: {item['msg'].lower()}")
+    return "; ".join(said)

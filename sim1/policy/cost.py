@@ -5,9 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import pydantic
-import yaml
-
+from sim1.data_file import read_data_file
 from sim1.stage import BadInput, stage_config
 
 SCHEMA = "sim1.prices/1"
@@ -51,7 +49,6 @@ class ThisMachine:
 class Prices:
     """`prices.yaml`, money in US dollars."""
 
-    schema: str
     real_collection: RealCollection
     paper_simulation: PaperSimulation
     this_machine: ThisMachine
@@ -76,12 +73,7 @@ def read_prices(path: Path) -> Prices:
     Raises:
         BadInput: missing or unknown key, a price that is not a positive number.
     """
-    try:
-        prices = Prices(**yaml.safe_load(path.read_text()))
-    except (OSError, TypeError, yaml.YAMLError, pydantic.ValidationError) as error:
-        raise BadInput(f"{path}: not a price file of schema {SCHEMA} ({error}); correct the file") from error
-    if prices.schema != SCHEMA:
-        raise BadInput(f"{path}: schema is {prices.schema!r}, expected {SCHEMA!r}")
+    prices = read_data_file(path, Prices, SCHEMA)
     for name in ("real_collection", "paper_simulation", "this_machine"):
         for key, value in vars(getattr(prices, name)).items():
             if isinstance(value, int | float) and not 0 < value < float("inf"):

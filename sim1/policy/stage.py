@@ -168,6 +168,13 @@ def cost_report(inputs: Inputs, out: Path, config: CostReportConfig) -> Facts:
     return {"accepted_count": count, "methods": [shown(item, methods[0]) for item in methods]}
 
 
+def check_source_prices(path: Path) -> None:
+    """Raises BadInput where the price file is at fault: before any work, rather than at the end of it."""
+    from sim1.policy.cost import read_prices
+
+    read_prices(path)
+
+
 def check_cost_report(artifact: Path) -> list[Finding]:
     """The paper's figures follow from the prices, and unit costs from the daily ones."""
     from sim1.policy.checks import check_costs

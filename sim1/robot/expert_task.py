@@ -1,13 +1,13 @@
 """What the robot is to do to a garment, as data (`data/tasks/G.yaml`, `sim1.task/1`)."""
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pydantic
-import yaml
 
-from sim1.stage import BadInput, stage_config
+from sim1.data_file import read_data_file
+from sim1.stage import stage_config
 
 SCHEMA = "sim1.task/1"
 
@@ -86,16 +86,7 @@ def read_task(path: Path) -> Task:
     Raises:
         BadInput: not readable, unknown key, wrong value.
     """
-    try:
-        content: Any = yaml.safe_load(path.read_text())
-    except (OSError, yaml.YAMLError) as error:
-        raise BadInput(f"{path}: not a readable task ({error})") from error
-    if not isinstance(content, dict) or content.pop("schema", None) != SCHEMA:
-        raise BadInput(f"{path}: not a task of schema {SCHEMA!r}")
-    try:
-        return Task(**content)
-    except (pydantic.ValidationError, TypeError) as error:
-        raise BadInput(f"{path}: {error}") from error
+    return read_data_file(path, Task, SCHEMA)
 
 
 def find_keypoints(garment_m: np.ndarray, task: Task) -> dict[str, int]:

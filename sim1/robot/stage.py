@@ -103,6 +103,13 @@ def seed_demos(inputs: Inputs, out: Path, config: SeedDemosConfig) -> Facts:
     }
 
 
+def check_source_task(path: Path) -> None:
+    """Raises BadInput where the task file is at fault: before any work, rather than in the middle of it."""
+    from sim1.robot.expert_task import read_task
+
+    read_task(path)
+
+
 def check_seed_demos(artifact: Path) -> list[Finding]:
     """At least one success; joints within limits and speeds; finite; the first success replays to the same bytes."""
     from sim1.robot.session_check import findings

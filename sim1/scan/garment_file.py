@@ -10,6 +10,7 @@ import pydantic
 import yaml
 from pydantic.dataclasses import dataclass
 
+from sim1.data_file import explained
 from sim1.stage import BadInput
 
 METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
@@ -83,7 +84,7 @@ def read_garment_file(path: Path) -> GarmentFile:
     try:
         garment = pydantic.TypeAdapter(GarmentFile).validate_python(values)
     except pydantic.ValidationError as error:
-        raise BadInput(f"{path}: {_explain(error)}") from error
+        raise BadInput(f"{path}: {explained(error)}") from error
     frame_rotation(garment.frame, path)
     return garment
 
@@ -107,16 +108,3 @@ def frame_rotation(frame: Frame, path: Path | str = "garment file") -> np.ndarra
 
 def _unit(axis: str) -> np.ndarray:
     return np.eye(3)["xyz".index(axis[-1])] * (-1.0 if axis.startswith("-") else 1.0)
-
-
-def _explain(error: pydantic.ValidationError) -> str:
-    lines = []
-    for item in error.errors():
-        place = ".".join(str(part) for part in item["loc"]) or "(top)"
-        if item["type"] in ("unexpected_keyword_argument", "extra_forbidden"):
-            lines.append(f"unknown key {place!r}; remove it or correct its spelling")
-        elif item["type"] in ("missing", "missing_argument", "missing_keyword_only_argument"):
-            lines.append(f"key {place!r} is missing")
-        else:
-            lines.append(f"{place} is {item.get('input')!r}: {item['msg'].lower()}")
-    return "; ".join(lines)

@@ -56,6 +56,13 @@ def scan(inputs: Inputs, out: Path, config: ScanConfig) -> Facts:
     }
 
 
+def check_source_garment(path: Path) -> None:
+    """Raises BadInput where the garment file is at fault: before any work, rather than in the middle of it."""
+    from sim1.scan.garment_file import read_garment_file
+
+    read_garment_file(path)
+
+
 def check_scan(artifact: Path) -> list[Finding]:
     """Is the scan complete enough to make a mesh of?"""
     from sim1.scan.cloud import read_scan

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from assets_defs._audit import print_audit
+from assets_defs._sources import faults
 from assets_defs._status import print_status
 
 
@@ -113,6 +114,36 @@ def test_run_prints_what_it_made_and_fails_with_its_exit_code(project):
     assert "failed mesh/shirt: the disk is full: data/store/mesh/shirt.part/content.txt" in answer.stdout
     assert str(project.root) not in answer.stdout + answer.stderr
     assert "failed scan/towel: scan.txt: line 1" in project.command("status").stdout
+
+
+def test_a_fault_in_a_file_of_the_person_ends_the_run_before_any_work(project):
+    for name in ("towel", "shirt"):
+        with (project.root / "data" / "garments" / f"{name}.yaml").open("a") as file:
+            file.write("broken: true\n")
+    (project.root / "data" / "scans" / "towel" / "scan.txt").unlink()
+    (project.root / "data" / "scans" / "towel").rmdir()
+    answer = project.command("run", "--jobs", "0")
+    assert answer.returncode == 2
+    assert answer.stdout == ""
+    assert answer.stderr.splitlines()[1:] == [
+        "  data/garments/shirt.yaml: key 'broken' is unknown",
+        "  data/garments/towel.yaml: key 'broken' is unknown",
+        "  data/scans/towel: missing; stage scan needs it (its source 'scans')",
+    ]
+    assert project.events() == []
+    project.add_garment("shirt")
+    assert "2 made" in project.command("run", "--jobs", "0", "--garment", "shirt", "--select", "mesh").stdout
+
+
+def test_every_fault_is_listed_once_and_only_of_what_is_asked_for(project):
+    graph = project.graph
+    assert faults(project.home, graph, set(graph.nodes), None) == []
+    (project.root / "data" / "scans" / "towel" / "scan.txt").unlink()
+    (project.root / "data" / "scans" / "towel").rmdir()
+    said = "data/scans/towel: missing; stage scan needs it (its source 'scans')"
+    assert faults(project.home, graph, set(graph.nodes), None) == [said]
+    assert faults(project.home, graph, set(graph.nodes), ["shirt"]) == []
+    assert faults(project.home, graph, {"mesh"}, ["towel"]) == []
 
 
 def test_only_a_run_of_everything_changes_the_profile_of_later_commands(made, monkeypatch):

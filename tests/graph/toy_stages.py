@@ -23,6 +23,12 @@ def ingest(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
     return {"lines": len(lines)}
 
 
+def check_source_garment(path: Path) -> None:
+    """Refuses a garment file that says `broken`."""
+    if "broken" in path.read_text():
+        raise BadInput(f"{path}: key 'broken' is unknown")
+
+
 def work(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
     """Digest of all inputs and the config; config keys `sleep_s`, `die_unless`, `invalid`, `odd` and `no_space` act as they say."""
     digest = hashlib.sha256(repr(sorted((config or {}).items())).encode())
