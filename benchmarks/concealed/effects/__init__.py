@@ -1,0 +1,1 @@
+"""What can be concealed, one family a file. The registry is `benchmarks.concealed.effects.library`."""

@@ -1,0 +1,12 @@
+"""What the grippers do: smooth commands of about four seconds, half a second of rest first."""
+
+from benchmarks.concealed.motions import hanging, pulling, tabletop
+from benchmarks.concealed.motions.motion import Motion
+
+MOTIONS = {**hanging.MOTIONS, **pulling.MOTIONS, **tabletop.MOTIONS}
+"""Name to the function (cloth, columns, rows, rng) that makes it."""
+
+TABLE_MOTIONS = tuple(tabletop.MOTIONS)
+FREE_MOTIONS = (*hanging.MOTIONS, *pulling.MOTIONS)
+
+__all__ = ["FREE_MOTIONS", "MOTIONS", "TABLE_MOTIONS", "Motion"]
