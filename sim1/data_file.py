@@ -35,8 +35,12 @@ def read_data_file[T](path: Path, kind: type[T], schema: str) -> T:
 def explained(error: ValidationError) -> str:
     """What is wrong with which key, in one line for the person who wrote the file."""
     said = []
-    for item in error.errors():
-        place = ".".join(str(part) for part in item["loc"])
+    items = error.errors()
+    for item in items:
+        here = item["loc"]
+        if any(len(other["loc"]) > len(here) > 0 and other["loc"][: len(here)] == here for other in items):
+            continue  # at fault because something inside it is
+        place = ".".join(str(part) for part in here)
         match item["type"]:
             case _ if not place:
                 said.append(item["msg"])
