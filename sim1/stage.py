@@ -11,11 +11,13 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, dataclass_transform
+from typing import TYPE_CHECKING, Any, dataclass_transform
 
-import numpy as np
 import pydantic.dataclasses
 from pydantic import ConfigDict
+
+if TYPE_CHECKING:
+    import numpy as np
 
 type Inputs = Mapping[str, Mapping[str, Path]]
 """Stage or source name -> garment ("" for a joint artifact) -> folder or file."""
@@ -65,7 +67,9 @@ def garment_of(inputs: Inputs) -> str:
     return names.pop()
 
 
-def random_stream(seed: int, *names: str | int) -> np.random.Generator:
+def random_stream(seed: int, *names: str | int) -> "np.random.Generator":
     """Independent random stream for a purpose, the same on every machine: `random_stream(seed, "towel", 17)`."""
+    import numpy as np
+
     words = [zlib.crc32(str(name).encode()) for name in names]
     return np.random.default_rng([seed, *words])

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 from pydantic import Field
 
 from sim1.stage import Facts, Finding, Inputs, garment_of, only, random_stream, stage_config
@@ -43,6 +42,8 @@ def seed_demos(inputs: Inputs, out: Path, config: SeedDemosConfig) -> Facts:
     """
     import json
     from dataclasses import asdict
+
+    import numpy as np
 
     from sim1.cloth.cell import Cell, CellConfig
     from sim1.cloth.garment import read_garment_mesh
@@ -120,6 +121,8 @@ def check_seed_demos(artifact: Path) -> list[Finding]:
 def _cell_facts(cell: "Cell", episode: "Episode", replay_s: float) -> dict:
     """What the check needs: settings, joint limits of either arm, and how the replay of one demonstration went."""
     from dataclasses import asdict
+
+    import numpy as np
 
     from sim1.robot.session import replay, shortened
 

@@ -1,6 +1,8 @@
 """The graph's data are read strictly: a fault is one line that names file, stage and key."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -115,6 +117,15 @@ def test_a_garment_with_a_name_that_is_no_key_is_refused(project):
     project.add_garment("My Towel")
     with pytest.raises(ValueError, match=r"My Towel\.yaml: a garment's name"):
         project.home.garments()
+
+
+def test_the_stages_of_the_project_are_light_to_import():
+    """So that `sim1 status` and `sim1 run` answer at once; every worker imports all of them."""
+    modules = sorted({node.stage.run.split(":")[0] for node in load_graph(Home(REPOSITORY), "quick").nodes.values()})
+    heavy = "{'numpy', 'scipy', 'pandas', 'matplotlib', 'torch', 'warp', 'newton', 'bpy', 'pymeshlab', 'lerobot'}"
+    code = f"import sys, {', '.join(modules)}; print(sorted({heavy} & set(sys.modules)))"
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=REPOSITORY, check=True)
+    assert answer.stdout.strip() == "[]"
 
 
 @pytest.mark.parametrize(
