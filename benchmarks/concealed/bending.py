@@ -7,19 +7,31 @@ from benchmarks.concealed.sheet import Sheet
 
 
 @njit(fastmath=True, nogil=True, cache=True, error_model="numpy")
-def _plate(x, v, bend_u, bend_v, twist, damping, du, dv, stride, work, out):
-    """Add the force (3, count) of energy sum(bend_u x_uu^2 + bend_v x_vv^2 + 2 twist x_uv^2) / 2 with Kelvin-Voigt damping."""
+def _plate(x, v, normal, bend_u, bend_v, twist, damping, du, dv, stride, work, out):
+    """Add the force (3, count) of energy sum(bend_u x_uu^2 + bend_v x_vv^2 + 2 twist x_uv^2) / 2 with Kelvin-Voigt damping.
+
+    Only the normal part of the rates is damped: a bent sheet that turns as a whole keeps its energy.
+    """
     count = x.shape[1]
     inverse_u, inverse_v, inverse_uv = 1 / du**2, 1 / dv**2, 1 / (du * dv)
-    y, mu, mv, mt = work[0], work[1], work[2], work[3]
+    rate_u, rate_v, rate_t, mu, mv, mt = work[0], work[1], work[2], work[3], work[4], work[5]
+    rate_u[:], rate_v[:], rate_t[:] = 0.0, 0.0, 0.0
     for i in range(3):
-        for k in range(count):
-            y[k] = x[i, k] + damping * v[i, k]
         for k in range(stride, count - stride):
-            mu[k] = bend_u[k] * (y[k - 1] - 2 * y[k] + y[k + 1]) * inverse_u * inverse_u
-            mv[k] = bend_v[k] * (y[k - stride] - 2 * y[k] + y[k + stride]) * inverse_v * inverse_v
+            rate_u[k] += normal[i, k] * (v[i, k - 1] - 2 * v[i, k] + v[i, k + 1])
+            rate_v[k] += normal[i, k] * (v[i, k - stride] - 2 * v[i, k] + v[i, k + stride])
         for k in range(count - stride - 1):
-            mt[k] = 2 * twist[k] * (y[k] - y[k + 1] - y[k + stride] + y[k + stride + 1]) * inverse_uv * inverse_uv
+            rate_t[k] += normal[i, k] * (v[i, k] - v[i, k + 1] - v[i, k + stride] + v[i, k + stride + 1])
+    for i in range(3):
+        for k in range(stride, count - stride):
+            n = damping * normal[i, k]
+            lean_u = x[i, k - 1] - 2 * x[i, k] + x[i, k + 1] + n * rate_u[k]
+            lean_v = x[i, k - stride] - 2 * x[i, k] + x[i, k + stride] + n * rate_v[k]
+            mu[k] = bend_u[k] * lean_u * inverse_u * inverse_u
+            mv[k] = bend_v[k] * lean_v * inverse_v * inverse_v
+        for k in range(count - stride - 1):
+            lean = x[i, k] - x[i, k + 1] - x[i, k + stride] + x[i, k + stride + 1] + damping * normal[i, k] * rate_t[k]
+            mt[k] = 2 * twist[k] * lean * inverse_uv * inverse_uv
         for k in range(stride + 1, count - stride - 1):
             out[i, k] += (
                 (2 * mu[k] - mu[k - 1] - mu[k + 1])
@@ -36,12 +48,14 @@ class Plate:
         self._cells = (sheet.bend_u_n_m3, sheet.bend_v_n_m3, sheet.twist_n_m3)
         self._damping = sheet.damping_s if damping_s is None else damping_s
         self._spacing = (sheet.grid.du_m * sheet.scale_u, sheet.grid.dv_m * sheet.scale_v)
-        self._stride = sheet.grid.stride
-        self._work = np.zeros((4, sheet.grid.count))
+        self._stride, self._size = sheet.grid.stride, (sheet.grid.rows, sheet.grid.columns)
+        self._work = np.zeros((6, sheet.grid.count))
+        self._normal = np.zeros((3, sheet.grid.count))
 
     def add(self, x: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
         """Add the bending force to out (3, count)."""
-        _plate(x, v, *self._cells, self._damping, *self._spacing, self._stride, self._work, out)
+        vertex_normals(x, *self._size, self._normal)
+        _plate(x, v, self._normal, *self._cells, self._damping, *self._spacing, self._stride, self._work, out)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

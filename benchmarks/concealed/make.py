@@ -35,9 +35,11 @@ def make(case: Case, bundle: Path, answers: Path, held_out: Path | None = None) 
     stage = Stage(setting, grid, draw_markers(setting, grid, case.stream("markers")), _offsets(case))
     plan_list = [plan for plan in plans(case, setting) if held_out is not None or not plan.held_out]
     without: Films = {plan.name: film(stage, plan, []) for plan in plan_list}
-    effects = tuned(case, stage, plan_list, without)
+    effects, tracks = tuned(case, stage, plan_list, without)
     moved = [effect for effect in effects if not effect.measures_only]
-    tracks = {plan.name: film(stage, plan, moved) if moved else without[plan.name] for plan in plan_list}
+    for plan in plan_list:
+        if plan.name not in tracks:
+            tracks[plan.name] = film(stage, plan, moved) if moved else without[plan.name]
     takes = {plan.name: _take(case, stage, plan, effects, tracks[plan.name]) for plan in plan_list}
 
     prior, friction = draw_prior(setting, case.stream("prior")), draw_friction_prior(setting, case.stream("friction"))

@@ -36,29 +36,33 @@ def _observed(effect: Effect, sample: Callable[[np.ndarray], np.ndarray]) -> Cal
     return lambda stamps: effect.observe(stamps, sample)
 
 
-def tuned(case: Case, stage: Stage, plan_list: Sequence[Plan], without: Films, tries: int = 4) -> list[Effect]:
-    """The case's effects, each as strong alone as the case asks, measured on the motions that show it best."""
-    return [_tuned(case, stage, plan_list, without, name, tries) for name in case.effects]
+def tuned(
+    case: Case, stage: Stage, plan_list: Sequence[Plan], without: Films, tries: int = 4
+) -> tuple[list[Effect], Films]:
+    """The case's effects, each as strong alone as the case asks, measured on the two motions out of three that show it best.
+
+    Also the tracks that were made with all of them on the way: those of a single effect.
+    """
+    found = [_tuned(case, stage, plan_list, without, name, tries) for name in case.effects]
+    return [effect for effect, _ in found], found[0][1] if len(found) == 1 else {}
 
 
-def _tuned(case: Case, stage: Stage, plan_list: Sequence[Plan], without: Films, name: str, tries: int) -> Effect:
+def _tuned(
+    case: Case, stage: Stage, plan_list: Sequence[Plan], without: Films, name: str, tries: int
+) -> tuple[Effect, Films]:
     recipe = LIBRARY[name]
     low, high = recipe.amplitudes
     target = STRENGTHS[case.strength] * stage.setting.noise_m
-    shown = [plan for plan in plan_list if plan.motion.name in recipe.shown_by and not plan.held_out][:2]
+    filmed = [plan for plan in plan_list if not plan.held_out]
+    shown = ([plan for plan in filmed if plan.motion.name in recipe.shown_by] or filmed)[:3]
     amplitude = float(np.clip({"weak": 0.3, "medium": 1.0, "strong": 2.5}[case.strength], low, high))
-    effect = recipe.draw(amplitude, case.stream(name), stage.setting)
-    for _ in range(tries):
-        found = [
-            change_m([effect], without[p.name] if effect.measures_only else film(stage, p, [effect]), without[p.name])
-            for p in shown
-        ]
-        ratio = target / max(float(np.sqrt(np.mean(np.square(found)))), 1e-9)
-        if 0.7 < ratio < 1.4:
-            break
+    for left in reversed(range(tries)):
+        effect = recipe.draw(amplitude, case.stream(name), stage.setting)
+        films = {p.name: without[p.name] if effect.measures_only else film(stage, p, [effect]) for p in shown}
+        change = [change_m([effect], films[p.name], without[p.name]) for p in shown]
+        ratio = target / max(float(np.sqrt(np.mean(np.square(sorted(change)[-2:])))), 1e-9)
         following = float(np.clip(amplitude * np.clip(ratio, 0.15, 6.0), low, high))
-        if following == amplitude:
+        if 0.7 < ratio < 1.4 or following == amplitude or not left:
             break
         amplitude = following
-        effect = recipe.draw(amplitude, case.stream(name), stage.setting)
-    return effect
+    return effect, films

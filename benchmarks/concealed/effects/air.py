@@ -1,6 +1,6 @@
 """Air: drag of still air, a steady wind, and air carried along."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -51,11 +51,10 @@ class AirDrag(Effect):
     formula: ClassVar[str] = (
         "rho/2 A (c_n (1 + 0.3 / (1 + (v_n / 0.25 m/s)^2)) |v_n| v_n n + c_t |v_t| v_t) per cell, v against the air"
     )
-    _wind: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    _boost: float = 0.3
 
     def begin(self, world: World) -> None:
         """Take the grid and the air's density."""
+        self._wind, self._boost = np.zeros(3), 0.3
         self._grid, self._density = world.sheet.grid, world.baseline_environment.air_density_kg_m3
 
     def add_force(self, state: State, out_n: np.ndarray) -> None:

@@ -229,11 +229,11 @@ def _xyz(point: np.ndarray) -> dict[str, float]:
 
 
 LIBRARY: dict[str, Recipe] = {
-    "air_drag": Recipe(_air_drag, SWINGS, (0.2, 4.0)),
+    "air_drag": Recipe(_air_drag, SWINGS, (0.02, 4.0)),
     "wind": Recipe(_wind, HANGS, (0.05, 6.0)),
-    "added_mass": Recipe(_added_mass, SWINGS, (0.05, 3.0)),
-    "anisotropic_stretch": Recipe(_anisotropic_stretch, PULLS, (0.15, 2.0)),
-    "anisotropic_bending": Recipe(_anisotropic_bending, BENDS, (0.15, 2.0)),
+    "added_mass": Recipe(_added_mass, SWINGS, (0.02, 3.0)),
+    "anisotropic_stretch": Recipe(_anisotropic_stretch, PULLS, (0.05, 2.0)),
+    "anisotropic_bending": Recipe(_anisotropic_bending, BENDS, (0.05, 2.0)),
     "strain_stiffening": Recipe(_strain_stiffening, PULLS, (0.1, 4.0)),
     "bending_hysteresis": Recipe(_bending_hysteresis, BENDS, (0.05, 4.0)),
     "plastic_crease": Recipe(_plastic_crease, BENDS, (0.1, 20.0)),
