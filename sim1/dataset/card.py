@@ -7,7 +7,6 @@ import pandas as pd
 from jinja2 import Environment
 
 from sim1.dataset.pictures import write_frames_picture, write_motion_picture
-from sim1.dataset.stage import DatasetConfig
 from sim1.stage import Facts
 
 CARD = """\
@@ -28,7 +27,8 @@ configs:
 
 {{ total.episodes }} episodes, {{ total.frames }} frames at {{ info.fps }} Hz ({{ "%.1f"|format(total.minutes) }} minutes,
 {{ "%.1f"|format(total.size_mb) }} MB) of {{ table|length }} garment{{ "s" if table|length != 1 }}, in the
-[LeRobot](https://github.com/huggingface/lerobot) format {{ info.codebase_version }}. License: {{ license }}.
+[LeRobot](https://github.com/huggingface/lerobot) format {{ info.codebase_version }}. License: {{ license }}
+{%- if license == "unknown" %} (whoever owns the data names it in `data/dataset.yaml`, key `license`){% endif %}.
 
 ![Frames of every garment from first to last](frames.png)
 
@@ -63,9 +63,10 @@ starting with the vertex farthest from the mean.
 
 ## Provenance
 
-`provenance.parquet` has a row per episode: garment, trajectory, appearance, source demonstrations, seed, physics, scores of the
-filters, and everything that the trajectory's own file says (`about`, JSON). Episodes with the same garment and trajectory show the
-same motion in another appearance: keep them on the same side of a split.
+`provenance.parquet` has a row per episode: garment, trajectory, appearance, source demonstrations, seed, physics (JSON, of the
+simulated cloth: values, effects and digest of the fitted model, and the verdict on whether it explains the recordings), scores of
+the filters, and everything that the trajectory's own file says (`about`, JSON). Episodes with the same garment and trajectory show
+the same motion in another appearance: keep them on the same side of a split.
 
 ## Reading it
 
@@ -84,7 +85,7 @@ MEANINGS = {
 }
 
 
-def write_card(out: Path, provenance: pd.DataFrame, config: DatasetConfig, *, name: str) -> Facts:
+def write_card(out: Path, provenance: pd.DataFrame, *, name: str, license: str) -> Facts:
     """Write `README.md` and its pictures; returns the figures in it."""
     info = json.loads((out / "lerobot" / "meta" / "info.json").read_text())
     table = [
@@ -115,7 +116,7 @@ def write_card(out: Path, provenance: pd.DataFrame, config: DatasetConfig, *, na
     text = Environment(autoescape=False, keep_trailing_newline=True).from_string(CARD)  # Markdown, not HTML
     (out / "README.md").write_text(
         text.render(
-            license=config.license,
+            license=license,
             total=total,
             info=info,
             table=table,

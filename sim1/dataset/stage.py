@@ -3,8 +3,12 @@
 from pathlib import Path
 from typing import Literal
 
-from sim1.stage import BadInput, Facts, Finding, Inputs, stage_config
+from pydantic import Field
 
+from sim1.data_file import read_data_file
+from sim1.stage import BadInput, Facts, Finding, Inputs, only, stage_config
+
+SCHEMA = "sim1.dataset/1"  # of data/dataset.yaml
 NAME = "sim1/folding"  # LeRobot wants an owner and a name; nothing is looked up under it
 
 
@@ -16,7 +20,13 @@ class DatasetConfig:
     codec: Literal["h264", "libsvtav1"] = "h264"  # h264 decodes everywhere; libsvtav1 (AV1) is smaller and slower
     crf: int = 23  # constant rate factor of the video: lower is better and larger
     keyframe_interval: int = 2  # frames; short, because training reads frames in random order
-    license: str = "unknown"  # SPDX name for the card; unknown until the owner of the data decides
+
+
+@stage_config
+class DatasetFile:
+    """Contents of `data/dataset.yaml`, schema `sim1.dataset/1`: what the owner of the data decides."""
+
+    license: str = Field("unknown", pattern=r"^[A-Za-z0-9][A-Za-z0-9.+-]*$")  # SPDX name for the card
 
 
 def dataset(inputs: Inputs, out: Path, config: DatasetConfig) -> Facts:
@@ -26,6 +36,7 @@ def dataset(inputs: Inputs, out: Path, config: DatasetConfig) -> Facts:
         BadInput: nothing to write, or the garments were rendered at different rates, sizes or with different cameras.
     """
     from sim1.dataset.card import write_card
+    from sim1.dataset.physics import known_physics
     from sim1.dataset.sources import read_clips
     from sim1.dataset.write import write_dataset
 
@@ -37,8 +48,16 @@ def dataset(inputs: Inputs, out: Path, config: DatasetConfig) -> Facts:
         raise BadInput(
             f"dataset: the rendered episodes of {', '.join(sorted(artifacts))} are empty; no trajectory was accepted"
         )
-    provenance = write_dataset(clips, out, config, name=NAME)
-    return write_card(out, provenance, config, name=NAME)
+    models, reports = inputs.get("calibrated_physics", {}), inputs.get("mismatch_report", {})
+    physics = {garment: known_physics(models.get(garment), reports.get(garment)) for garment in artifacts}
+    provenance = write_dataset(clips, out, config, name=NAME, physics=physics)
+    owner = read_data_file(only(inputs, "owner"), DatasetFile, SCHEMA) if inputs.get("owner") else DatasetFile()
+    return write_card(out, provenance, name=NAME, license=owner.license)
+
+
+def check_source_owner(path: Path) -> None:
+    """Raises BadInput where `data/dataset.yaml` is at fault: before any work, rather than at the end of it."""
+    read_data_file(path, DatasetFile, SCHEMA)
 
 
 def check_dataset(artifact: Path) -> list[Finding]:

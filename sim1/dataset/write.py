@@ -2,7 +2,9 @@
 
 import json
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -22,8 +24,10 @@ STATE_NAMES = [
 THUMBNAIL = (8, 6)  # pixels; enough to tell whether a frame belongs to a state, whatever the codec did to it
 
 
-def write_dataset(clips: list[RenderedClip], out: Path, config: DatasetConfig, *, name: str) -> pd.DataFrame:
-    """Write `lerobot/`, `keypoints.json` and `provenance.parquet` into `out`.
+def write_dataset(
+    clips: list[RenderedClip], out: Path, config: DatasetConfig, *, name: str, physics: Mapping[str, Any]
+) -> pd.DataFrame:
+    """Write `lerobot/`, `keypoints.json` and `provenance.parquet` into `out`. `physics`: JSON value by garment.
 
     Returns:
         The provenance: one row per episode of the dataset, in its order.
@@ -59,7 +63,8 @@ def write_dataset(clips: list[RenderedClip], out: Path, config: DatasetConfig, *
     rows = []
     with quiet_libraries():
         for index, clip in enumerate(track(clips, "episodes")):
-            rows.append({"episode_index": index, **_add_episode(writer, clip, keypoints[clip.garment])})
+            row = _add_episode(writer, clip, keypoints[clip.garment])
+            rows.append({"episode_index": index, **row, "physics": json.dumps(physics[clip.garment], sort_keys=True)})
         writer.finalize()
     _sort_keys(
         out / "lerobot" / "meta" / "stats.json"
@@ -135,7 +140,6 @@ def _add_episode(writer, clip: RenderedClip, keypoints: np.ndarray) -> dict:
         "task": task,
         "frame_count": len(states),
         "seed": json.dumps(about.get("seed")),
-        "physics": json.dumps(about.get("physics"), sort_keys=True),
         "scores": json.dumps(about.get("scores", about.get("figures")), sort_keys=True),
         "look": json.dumps(clip.about["appearance"], sort_keys=True),
         "about": json.dumps(about, sort_keys=True),  # everything the episode's file says

@@ -30,7 +30,6 @@ def make_episode(frame_count: int, seed: int) -> Episode:
         "seed": seed,
         "sources": [f"{seed:04d}"],
         "success": True,
-        "physics": {"friction": 0.4},
     }
     return Episode(
         time_s=np.arange(frame_count) / RATE_HZ,

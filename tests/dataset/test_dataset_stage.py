@@ -6,18 +6,23 @@ import os
 import socket
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from rendered_towel import frame_image, make_episode, write_rendered
 
+from sim1.cloth.physics import nominal_from_priors, write_physics
+from sim1.data_file import read_data_file
 from sim1.dataset.keypoints import keypoint_indices
-from sim1.dataset.stage import DatasetConfig, check_dataset, dataset
+from sim1.dataset.stage import DatasetConfig, DatasetFile, check_dataset, check_source_owner, dataset
 from sim1.stage import BadInput
 
 CONFIG = DatasetConfig(keypoint_count=5)
+DATA = Path(__file__).parents[2] / "data"
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -28,6 +33,16 @@ def digests(folder: Path) -> dict[str, str]:
     }
 
 
+def modelled(folder: Path) -> dict[str, dict[str, Path]]:
+    """What the pipeline knows of the towel's physics; of the shorts it knows nothing."""
+    (folder / "physics").mkdir(exist_ok=True)
+    fabric = yaml.safe_load((DATA / "garments/towel.yaml").read_text())["fabric"]
+    drag = {"name": "air_drag", "parameters": {"coefficient": {"value": 1.2, "ci95": None, "unit": "1"}}}
+    write_physics(folder / "physics/model.yaml", replace(nominal_from_priors(fabric), effects=(drag,)))
+    (folder / "physics/verdict.json").write_text(json.dumps({"schema": "sim1.verdict/1", "verdict": "named"}))
+    return {name: {"towel": folder / "physics"} for name in ("calibrated_physics", "mismatch_report")}
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("dataset")
@@ -35,7 +50,7 @@ def made(tmp_path_factory) -> Path:
         "rendered_episodes": {
             name: write_rendered(folder / name, variants=count) for name, count in (("towel", 2), ("shorts", 1))
         }
-    }
+    } | modelled(folder)
     out = folder / "out"
     out.mkdir()
     facts = dataset(inputs, out, CONFIG)
@@ -97,12 +112,46 @@ def test_provenance_tells_trajectory_appearance_and_sources(made):
     assert rows["trajectory"].tolist() == ["0000", "0001", "0000", "0000", "0001", "0001"]
     assert rows["appearance"].tolist() == [0, 0, 0, 1, 0, 1]
     assert [list(sources) for sources in rows["sources"][:2]] == [["0000"], ["0001"]]
-    assert rows["physics"][0] == '{"friction": 0.4}'
+
+
+def test_provenance_says_what_is_known_of_the_simulated_cloth(made):
+    shorts, *_, towel = pd.read_parquet(made / "provenance.parquet")["physics"].map(json.loads)
+    assert shorts is None
+    assert towel["values"]["area_density_kg_m2"] == 0.30
+    assert towel["friction"].keys() == {"table", "robot", "self"}
+    assert towel["effects"] == ["air_drag"]
+    assert towel["verdict"] == "named"
+    model = (made.parent / "physics/model.yaml").read_bytes()
+    assert towel["model_sha256"] == hashlib.sha256(model).hexdigest()
+
+
+def test_a_damaged_verdict_is_named(tmp_path):
+    inputs = {"rendered_episodes": {"towel": write_rendered(tmp_path / "towel")}} | modelled(tmp_path)
+    (tmp_path / "physics/verdict.json").write_text("{")
+    with pytest.raises(BadInput, match=r"verdict\.json: not a readable verdict"):
+        dataset(inputs, tmp_path / "out", CONFIG)
+
+
+def test_the_licence_is_a_line_of_data_and_the_card_says_where(made, tmp_path):
+    assert "License: unknown (whoever owns the data names it in `data/dataset.yaml`" in (made / "README.md").read_text()
+    owner = tmp_path / "dataset.yaml"
+    owner.write_text("schema: sim1.dataset/1\nlicense: cc-by-4.0\n")
+    check_source_owner(owner)
+    artifacts = {"towel": write_rendered(tmp_path / "towel", frame_counts=(19,))}
+    (tmp_path / "out").mkdir()
+    dataset({"rendered_episodes": artifacts, "owner": {"": owner}}, tmp_path / "out", CONFIG)
+    card = (tmp_path / "out" / "README.md").read_text()
+    assert card.startswith("---\nlicense: cc-by-4.0\n")
+    assert "License: cc-by-4.0.\n" in card
+    owner.write_text("schema: sim1.dataset/1\nlicence: cc-by-4.0\n")
+    with pytest.raises(BadInput, match=r"dataset\.yaml: unknown key 'licence'"):
+        check_source_owner(owner)
+    assert DatasetFile() == read_data_file(DATA / "dataset.yaml", DatasetFile, "sim1.dataset/1")
 
 
 def test_the_same_input_gives_the_same_bytes_without_a_word_on_the_terminal(made, tmp_path, capfd):
     inputs = {"rendered_episodes": {name: made.parent / name for name in ("towel", "shorts")}}
-    dataset(inputs, tmp_path, CONFIG)
+    dataset(inputs | modelled(made.parent), tmp_path, CONFIG)
     assert digests(tmp_path) == digests(made)
     assert capfd.readouterr() == ("", "")
     stats = json.loads((made / "lerobot/meta/stats.json").read_text())
@@ -115,6 +164,7 @@ def test_another_process_with_other_hashes_gives_the_same_bytes(made, tmp_path):
         "import sys; from pathlib import Path; from sim1.dataset.stage import DatasetConfig, dataset\n"
         "folder = Path(sys.argv[1])\n"
         "inputs = {'rendered_episodes': {name: folder / name for name in ('towel', 'shorts')}}\n"
+        "inputs |= {name: {'towel': folder / 'physics'} for name in ('calibrated_physics', 'mismatch_report')}\n"
         "dataset(inputs, Path(sys.argv[2]), DatasetConfig(keypoint_count=5))"
     )
     environment = {**os.environ, "PYTHONHASHSEED": "7", "PYTHONPATH": str(Path(__file__).parents[2])}
