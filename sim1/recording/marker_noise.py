@@ -1,0 +1,80 @@
+"""How much the markers scatter, and for how long an error stays: from the rest phase, or from the motion as an upper bound."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim1.recording.bundle import Recording
+from sim1.recording.motion import rest_until_s
+
+FEWEST_FRAMES = 5  # at rest; fewer give no spread
+FEWEST_FOR_CORRELATION = 12
+MAD_TO_STD = 1.4826
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarkerNoise:
+    """Scatter of the markers per coordinate."""
+
+    std_m: float  # root mean square, gross errors included
+    core_std_m: float  # without the tails
+    correlation_s: float | None  # after which an error has fallen to 1 / e; 0: within a frame; None: too few frames
+    at_rest: bool  # False: from differences of the motion, an upper bound
+
+
+def marker_noise(recording: Recording) -> MarkerNoise | None:
+    """The noise of one recording, or None where markers are too few or too rarely seen."""
+    until = rest_until_s(recording) if recording.starts == "rest" else recording.time_s[0]
+    still = recording.time_s < (recording.time_s[-1] + 1 if until is None else until)
+    frames, time = recording.markers_m[still], recording.time_s[still]
+    counts = np.isfinite(frames[..., 0]).sum(0)
+    if (counts >= FEWEST_FRAMES).any():
+        off, freedom = _without_drift(time, frames[:, counts >= FEWEST_FRAMES])
+        scatter = off[np.isfinite(off)]
+        share = (len(scatter) / freedom) ** 0.5
+        std = float(np.sqrt(np.square(scatter).sum() / freedom))
+        core = MAD_TO_STD * float(np.median(np.abs(scatter))) * share
+        step = float(np.median(np.diff(time)))
+        return MarkerNoise(std_m=std, core_std_m=core, correlation_s=_correlation_s(off, step), at_rest=True)
+    bend = np.diff(recording.markers_m, n=3, axis=0)  # of white noise: variance 20
+    bend = bend[np.isfinite(bend)] / 20**0.5
+    if len(bend) < 30:
+        return None
+    core = MAD_TO_STD * float(np.median(np.abs(bend)))
+    return MarkerNoise(std_m=float(np.sqrt(np.mean(bend**2))), core_std_m=core, correlation_s=None, at_rest=False)
+
+
+def _without_drift(time_s: np.ndarray, frames_m: np.ndarray) -> tuple[np.ndarray, int]:
+    """Positions (T, M, 3) less each one's straight line over time, and how many of them are left free."""
+    seen = np.isfinite(frames_m)
+    count = seen.sum(0)
+    moment = np.where(seen, (time_s - time_s.mean())[:, None, None], 0.0)
+    moment = np.where(seen, moment - moment.sum(0) / count, 0.0)
+    value = np.where(seen, frames_m, 0.0)
+    value = np.where(seen, value - value.sum(0) / count, 0.0)
+    slope = (moment * value).sum(0) / np.maximum((moment**2).sum(0), 1e-30)
+    return np.where(seen, value - slope * moment, np.nan), int((count - 2).sum())
+
+
+def _correlation_s(off_m: np.ndarray, step_s: float) -> float | None:
+    """Time after which the autocorrelation of residuals (T, M, 3) falls to 1 / e."""
+    count = len(off_m)
+    if count < FEWEST_FOR_CORRELATION:
+        return None
+    core = np.nanmedian(np.abs(off_m)) * MAD_TO_STD
+    off = np.clip(off_m, -4 * core, 4 * core)  # one gross error must not decide
+    variance = np.nanmean(off * off)
+    if not variance > 0:
+        return None
+    before = 1.0
+    for lag in range(1, count // 2):
+        product = off[lag:] * off[:-lag]
+        if not np.isfinite(product).any():
+            return None
+        now = float(np.nanmean(product) / variance) + 2 / count  # the line took away as much
+        if now < np.exp(-1):
+            # White noise falls to nothing within a frame; a fraction of a frame would say more than is known.
+            across = (before - np.exp(-1)) / (before - now)
+            return 0.0 if lag == 1 and now < 0.2 else float(step_s * (lag - 1 + across))
+        before = now
+    return step_s * (count // 2)

@@ -1,0 +1,43 @@
+"""Whether a bundle that reads is enough to find missing physics with, and not for prediction alone."""
+
+import numpy as np
+
+from sim1.recording.bundle import Bundle
+from sim1.recording.motion import rest_until_s
+from sim1.recording.problems import Problems
+
+FEWEST_RECORDINGS = 2
+SHORTEST_MOTION_S = 0.2
+
+
+def require_for_diagnosis(bundle: Bundle) -> None:
+    """Check that the bundle has motion to fit and motion to hold out.
+
+    Raises:
+        BadInput: one recording only, nothing moves, markers that end before the motion, a marker that was never seen.
+    """
+    problems = Problems()
+    names = [recording.name for recording in bundle.recordings]
+    if len(names) < FEWEST_RECORDINGS:
+        problems.found.append(
+            f"bundle.yaml: recordings lists {names}; a diagnosis needs {FEWEST_RECORDINGS} or more, "
+            "one of them to test on: record the cloth once more"
+        )
+    for recording in bundle.recordings:
+        place, start = f"recordings/{recording.name}", rest_until_s(recording)
+        if start is None and recording.starts == "rest":
+            problems.found.append(
+                f"{place}/drives.parquet: no drive moves by 1 mm and no hold changes; move the cloth, or drop the recording"
+            )
+        elif start is not None and recording.time_s[-1] < start + SHORTEST_MOTION_S:
+            problems.found.append(
+                f"{place}/markers.parquet: markers end at {recording.time_s[-1]:.3f} s and the motion starts at {start:.3f} s; "
+                "this is a bundle for prediction alone: give the markers of the motion too"
+            )
+    seen = np.any([recording.seen.any(0) for recording in bundle.recordings], axis=0)
+    if not seen.all():
+        problems.found.append(
+            f"markers.parquet: markers {bundle.anchors.marker[~seen].tolist()} are not visible in any recording; "
+            "drop them here and in anchors.parquet, or correct their labels"
+        )
+    problems.stop()
