@@ -163,14 +163,27 @@ def place_on_mesh(mesh: RestMesh, point_m: np.ndarray) -> tuple[np.ndarray, np.n
     inverse = np.linalg.inv(np.stack([corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]], axis=-1))
     face, weight, off = [], [], []
     for point in point_m:
-        local = np.einsum("fij,fj->fi", inverse, point - corner[:, 0])
-        weights = np.clip(np.column_stack([1 - local.sum(1), local]), 0, None)
-        weights /= weights.sum(1, keepdims=True)
+        weights = _nearest_weights(corner, inverse, point)
         away = np.linalg.norm((corner * weights[..., None]).sum(1) - point, axis=1)
         face.append(int(away.argmin()))
         weight.append(weights[face[-1]])
         off.append(float(away.min()))
     return np.array(face, int), np.array(weight).reshape(-1, 3), np.array(off)
+
+
+def _nearest_weights(corner: np.ndarray, inverse: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Barycentric weights (F, 3) of the place in each triangle (F, 3, 2) that is nearest to a point (2,)."""
+    local = np.einsum("fij,fj->fi", inverse, point - corner[:, 0])
+    inside = np.column_stack([1 - local.sum(1), local])
+    best, least = np.clip(inside, 0, None), np.where((inside >= 0).all(1), 0.0, np.inf)
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        edge = corner[:, b] - corner[:, a]
+        along = np.clip(((point - corner[:, a]) * edge).sum(1) / (edge**2).sum(1), 0, 1)
+        away = np.linalg.norm(corner[:, a] + along[:, None] * edge - point, axis=1)
+        on_edge = np.zeros_like(inside)
+        on_edge[:, a], on_edge[:, b] = 1 - along, along
+        best, least = np.where((away < least)[:, None], on_edge, best), np.minimum(away, least)
+    return best
 
 
 def write_mesh(path: Path, mesh: RestMesh) -> None:

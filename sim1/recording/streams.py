@@ -122,7 +122,15 @@ def read_drives(path: Path) -> dict[str, Track]:
     Raises:
         BadInput: a clock that stands or runs backwards, NaN, a quaternion that is not unit, openness outside [0, 1], a jump.
     """
-    table = read_table(path, DRIVE_COLUMNS)
+    return drives_of(path, read_table(path, DRIVE_COLUMNS))
+
+
+def drives_of(path: Path, table: pd.DataFrame) -> dict[str, Track]:
+    """Tracks by name of a table with `DRIVE_COLUMNS`, rows numbered from 0; `path` is where it came from.
+
+    Raises:
+        BadInput: as `read_drives`.
+    """
     return {str(name): _track(path, str(name), part) for name, part in table.groupby("drive", sort=True)}
 
 

@@ -1,0 +1,1 @@
+"""From the files of a motion-capture lab to a recording bundle."""

@@ -1,0 +1,92 @@
+"""An imported bundle on disk: whole and checked, or not at all."""
+
+import os
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from sim1.recording.bundle import Bundle, read_bundle, write_bundle
+from sim1.recording.importing.assemble import Sources, assemble, pair_files
+from sim1.recording.importing.import_file import default_import_file, read_import_file
+from sim1.stage import BadInput
+
+
+@dataclass(frozen=True, kw_only=True)
+class Imported:
+    """What was brought in."""
+
+    bundle: Bundle
+    left_out: list[str]  # labels that are not on the cloth
+
+
+def import_bundle(
+    kind: str,
+    files: list[Path],
+    out: Path,
+    *,
+    import_file: Path | None = None,
+    units: str | None = None,
+    up: str | None = None,
+    robot: Path | None = None,
+    force: bool = False,
+) -> Imported:
+    """Read a lab's files of one kind and write the bundle `out`.
+
+    Args:
+        kind: "motive", "nexus", "csv", "c3d", "npz" (files of markers) or "lerobot" (a dataset folder with joints).
+        files: one for each recording, named like it; or the dataset.
+        out: folder to write; appears whole and checked, or not at all.
+        import_file: `import.yaml`; None: beside the first file.
+        units: unit of length of the files, where they do not say.
+        up: axis that points up in the files; None: as import.yaml says, else as the kind has it.
+        robot: folder of the robot, for joints.
+        force: replace a bundle that is there.
+
+    Raises:
+        BadInput: a file is at fault, the result is no valid bundle, or there is something at `out` already.
+    """
+    _check_target(out, force)
+    if not files:
+        raise BadInput("no files given; name the recordings' files, or the dataset folder")
+    import_file = import_file or default_import_file(files[0])
+    document = read_import_file(import_file)
+    markers, dataset = pair_files(kind, files, import_file, document)
+    sources = Sources(
+        import_file=import_file, document=document, markers=markers, dataset=dataset, robot=robot, units=units, up=up
+    )
+    bundle, left_out = assemble(sources)
+    return Imported(bundle=put(out, bundle), left_out=left_out)
+
+
+def _check_target(out: Path, force: bool) -> None:
+    if not out.exists():
+        return
+    if not force:
+        raise BadInput(f"{out}: is there already; give another --out, or --force to replace it")
+    if not (out / "bundle.yaml").is_file():
+        raise BadInput(f"{out}: is there and is not a bundle; --force replaces bundles alone")
+
+
+def put(out: Path, bundle: Bundle) -> Bundle:
+    """Write a bundle beside `out`, read it back strictly, then move it into its place; gives what was read.
+
+    Raises:
+        BadInput: it does not read back; `out` is then as it was before.
+    """
+    out.parent.mkdir(parents=True, exist_ok=True)
+    part, old = (out.with_name(f".{out.name}.{word}-{os.getpid()}") for word in ("part", "old"))
+    try:
+        write_bundle(part, bundle)
+        try:
+            checked = read_bundle(part)
+        except BadInput as error:
+            raise BadInput(f"the files do not make a bundle: {str(error).replace(str(part), str(out))}") from error
+        if out.exists():
+            out.rename(old)
+        part.rename(out)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+        if old.exists() and not out.exists():
+            old.rename(out)
+    shutil.rmtree(old, ignore_errors=True)
+    return checked
