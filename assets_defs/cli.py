@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from assets_defs._recordings import recordings
+
 app = typer.Typer(
     name="sim1",
     help="From a garment scan and a few demonstrations to a robot-learning dataset.",
@@ -14,6 +16,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+app.add_typer(recordings, name="recordings")
 
 Profile = Annotated[
     str | None, typer.Option(help="Sizes: smoke, quick or paper. Default: that of the last run of everything.")
