@@ -83,6 +83,20 @@ def read_episode(folder: Path) -> Episode:
     return Episode(**arrays, about={key: value for key, value in about.items() if key != "schema"})
 
 
+def read_start(demos: Path) -> np.ndarray:
+    """The garment settled on the table before anything moved, (v, 3) m, from an artifact of demonstrations.
+
+    Raises:
+        BadInput: `start.npz` is missing or damaged.
+    """
+    path = demos / "start.npz"
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            return data["garment_m"].astype(float)
+    except (OSError, KeyError, ValueError) as error:
+        raise BadInput(f"{path}: not a readable start ({error}); make seed_demos again") from error
+
+
 def episode_folders(artifact: Path) -> list[Path]:
     """Folders of an artifact's episodes (`artifact/episodes/NNNN`), in order."""
     return sorted(path.parent for path in artifact.glob("episodes/*/episode.json"))

@@ -14,7 +14,7 @@ import torch
 from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
 from sim1.cloth.garment import GarmentMesh, read_garment_mesh
 from sim1.cloth.physics import read_physics
-from sim1.episode import Episode, episode_folders, read_episode, write_episode
+from sim1.episode import Episode, episode_folders, read_episode, read_start, write_episode
 from sim1.motion.assembly import Attempt, Source, Variation, attempt
 from sim1.motion.commands import Arms
 from sim1.motion.model import MotionModel, read_model
@@ -166,12 +166,7 @@ def read_source(demos: Path) -> Source:
     Raises:
         BadInput: a file is missing or damaged.
     """
-    path = demos / "start.npz"
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            start = data["garment_m"].astype(float)
-    except (OSError, KeyError, ValueError) as error:
-        raise BadInput(f"{path}: not a readable start ({error}); make seed_demos again") from error
+    start = read_start(demos)
     episodes = {folder.name: read_episode(folder) for folder in episode_folders(demos)}
     if not episodes:
         raise BadInput(f"{demos}/episodes: no demonstration; make seed_demos again")

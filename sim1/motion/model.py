@@ -1,12 +1,11 @@
 """The trained motion model as files, and transitions drawn from it."""
 
-import json
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import safetensors.torch
 import torch
 
 from sim1.motion.durations import DurationModel
@@ -14,7 +13,7 @@ from sim1.motion.interpolant import interpolate, slerp
 from sim1.motion.network import MotionTransformer, inner_mask, signal_and_noise
 from sim1.motion.poses import ToolPath, joined, to_tokens
 from sim1.motion.residual import assemble, to_modes
-from sim1.stage import BadInput
+from sim1.network_file import load_weights, read_network, write_network
 
 SCHEMA = "sim1.motion-model/1"
 
@@ -105,15 +104,11 @@ def sliced(source: ToolPath, placement: np.ndarray, start: ToolPath, bridge_step
 
 def write_model(folder: Path, model: MotionModel) -> None:
     """Write `model.json`, and `model.safetensors` (empty without a network)."""
-    weights = model.network.state_dict() if model.network is not None else {"none": torch.zeros(1)}
-    safetensors.torch.save_file(
-        {name: value.contiguous() for name, value in weights.items()}, folder / "model.safetensors"
-    )
     about = {
         "schema": SCHEMA, "method": model.method, "durations": asdict(model.durations), "scale": model.scale.tolist(),
         **{name: getattr(model, name) for name in _SIZES},
     }  # fmt: skip
-    (folder / "model.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
+    write_network(folder, model.network, about)
 
 
 _SIZES = ("width", "layer_count", "token_count", "mode_count", "sampling_steps")
@@ -125,19 +120,16 @@ def read_model(folder: Path) -> MotionModel:
     Raises:
         BadInput: a file is missing, damaged, or of another schema.
     """
-    try:
-        about = json.loads((folder / "model.json").read_text())
-        if about.get("schema") != SCHEMA:
-            raise ValueError(f"schema is {about.get('schema')!r}, expected {SCHEMA!r}")
+
+    def build(about: dict[str, Any], weights: Path) -> MotionModel:
         network = None
         if about["method"] == "diffusion":
-            network = MotionTransformer(about["width"], about["layer_count"], about["token_count"])
-            network.load_state_dict(safetensors.torch.load_file(folder / "model.safetensors"))
-            network.eval()
-        durations = DurationModel(**about["durations"])
-    except (OSError, ValueError, KeyError, RuntimeError, TypeError, safetensors.SafetensorError) as error:
-        raise BadInput(f"{folder}: not a readable motion model ({error}); make motion_model again") from error
-    return MotionModel(
-        method=about["method"], durations=durations, network=network, scale=np.array(about["scale"]),
-        **{name: about[name] for name in _SIZES},
-    )  # fmt: skip
+            network = load_weights(
+                MotionTransformer(about["width"], about["layer_count"], about["token_count"]), weights
+            )
+        return MotionModel(
+            method=about["method"], durations=DurationModel(**about["durations"]), network=network,
+            scale=np.array(about["scale"]), **{name: about[name] for name in _SIZES},
+        )  # fmt: skip
+
+    return read_network(folder, SCHEMA, "motion_model", build)

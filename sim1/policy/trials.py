@@ -10,7 +10,7 @@ import numpy as np
 from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
 from sim1.cloth.garment import read_garment_mesh
 from sim1.cloth.physics import read_physics
-from sim1.episode import RATE_HZ, episode_folders, read_episode
+from sim1.episode import RATE_HZ, episode_folders, read_episode, read_start
 from sim1.motion.placement import random_placement
 from sim1.policy.model import ChunkPolicy
 from sim1.policy.rollout import Driving, Start, roll_out
@@ -156,12 +156,7 @@ def open_bench(inputs: Inputs, garment: str) -> Bench:
     if not folders:
         raise BadInput(f"{demos}/episodes: empty; the arms' starting pose is taken from the first demonstration")
     first = read_episode(folders[0])
-    try:
-        with np.load(demos / "start.npz", allow_pickle=False) as data:
-            garment_m = data["garment_m"].astype(float)
-    except (OSError, KeyError, ValueError) as error:
-        raise BadInput(f"{demos}/start.npz: not readable ({error}); make the demonstrations again") from error
-
+    garment_m = read_start(demos)
     try:
         numerics = CellConfig(**first.about["cell"])
     except (KeyError, TypeError, ValueError) as error:

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from sim1.cloth.garment import GarmentMesh, face_areas, unique_edges
-from sim1.episode import Episode, episode_folders, read_episode
+from sim1.episode import Episode, episode_folders, read_episode, read_start
 from sim1.robot.expert_task import find_keypoints, read_task
-from sim1.stage import BadInput
 from sim1.validity.features import Reference
 
 
@@ -52,12 +51,7 @@ def reference_of(mesh: GarmentMesh, demos: Path) -> Reference:
     Raises:
         BadInput: a file is missing or damaged.
     """
-    path = demos / "start.npz"
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            start = data["garment_m"].astype(float)
-    except (OSError, KeyError, ValueError) as error:
-        raise BadInput(f"{path}: not a readable start ({error}); make seed_demos again") from error
+    start = read_start(demos)
     edges = unique_edges(mesh.faces)
     return Reference(
         faces=mesh.faces,

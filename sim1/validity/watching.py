@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import safetensors.torch
 import torch
 
 from sim1.cloth.garment import GarmentMesh
+from sim1.network_file import load_weights, read_network, write_network
 from sim1.scene.description import Scene
-from sim1.stage import BadInput, Facts, random_stream
+from sim1.stage import Facts, random_stream
 from sim1.statistics import describe_share
 from sim1.validity.clips import Clip, head_clip, read_clip, sampled
 from sim1.validity.discriminator import VideoDiscriminator
@@ -138,14 +138,12 @@ def _labelled(item: Example, mesh: GarmentMesh, scene: Scene, config: VideoDiscr
 
 
 def _written(model: Discriminator, metrics: dict[str, Any], rows: list[dict[str, Any]], config: VideoDiscriminatorConfig, out: Path) -> Facts:  # fmt: skip
-    weights = model.network.state_dict() if model.network else {"none": torch.zeros(1)}
-    safetensors.torch.save_file({key: value.contiguous() for key, value in weights.items()}, out / "model.safetensors")
     about = {
         "schema": SCHEMA, "abstains": model.abstains, "reason": model.reason, "threshold": model.threshold,
         "trained": model.network is not None, "width": config.width, "layer_count": config.layer_count,
         "frame_count": config.frame_count, "frame_width": config.frame_width, "frame_height": config.frame_height,
     }  # fmt: skip
-    (out / "model.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
+    write_network(out, model.network, about)
     metrics = metrics | {"wanted_precision": config.precision, "abstains": model.abstains, "reason": model.reason}
     (out / "metrics.json").write_text(json.dumps(metrics, indent=1, sort_keys=True) + "\n")
     draw_scores(out / "scores.png", rows, model.threshold, model.reason)
@@ -166,16 +164,12 @@ def read_discriminator(folder: Path) -> Discriminator:
     Raises:
         BadInput: a file is missing, damaged, or of another schema.
     """
-    try:
-        about = json.loads((folder / "model.json").read_text())
-        if about.get("schema") != SCHEMA:
-            raise ValueError(f"schema is {about.get('schema')!r}, expected {SCHEMA!r}")
+
+    def build(about: dict[str, Any], weights: Path) -> Discriminator:
         network = None
         if about["trained"]:
-            network = VideoDiscriminator(about["width"], about["layer_count"])
-            network.load_state_dict(safetensors.torch.load_file(folder / "model.safetensors"))
-            network.eval()
+            network = load_weights(VideoDiscriminator(about["width"], about["layer_count"]), weights)
         fields = {name: about[name] for name in ("abstains", "reason", "threshold", "frame_count")}
-    except (OSError, ValueError, KeyError, RuntimeError, safetensors.SafetensorError) as error:
-        raise BadInput(f"{folder}: not a readable discriminator ({error}); make video_discriminator again") from error
-    return Discriminator(network=network, **fields)
+        return Discriminator(network=network, **fields)
+
+    return read_network(folder, SCHEMA, "video_discriminator", build)
