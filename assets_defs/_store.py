@@ -32,19 +32,22 @@ class Place:
 
     @property
     def part(self) -> Path:
-        return self.final.with_name(self.final.name + ".part")
+        return self._beside("part")
 
     @property
     def old(self) -> Path:
-        return self.final.with_name(self.final.name + ".old")
+        return self._beside("old")
 
     @property
     def rejected(self) -> Path:
-        return self.final.with_name(self.final.name + ".rejected")
+        return self._beside("rejected")
 
     @property
     def failure(self) -> Path:
-        return self.final.with_name(self.final.name + ".failed.json")
+        return self._beside("failed.json")
+
+    def _beside(self, suffix: str) -> Path:
+        return self.final.with_name(f"{self.final.name}.{suffix}")
 
     def record(self) -> dict[str, Any] | None:
         """The artifact's record, or None where there is no whole artifact."""
@@ -74,7 +77,7 @@ class Place:
 
     def begin(self, recipe: str, *, resume: bool) -> Path:
         """A folder to make the artifact in: empty, or what an interrupted run of the same recipe left there."""
-        note = self.final.with_name(self.final.name + ".part.recipe")
+        note = self._beside("part.recipe")
         if not (resume and self.part.is_dir() and note.is_file() and note.read_text() == recipe):
             shutil.rmtree(self.part, ignore_errors=True)
             self.part.mkdir(parents=True)
@@ -95,7 +98,7 @@ class Place:
             self.final.rename(self.old)
         self.part.rename(self.final)
         shutil.rmtree(self.old, ignore_errors=True)
-        self.final.with_name(self.final.name + ".part.recipe").unlink(missing_ok=True)
+        self._beside("part.recipe").unlink(missing_ok=True)
         self.failure.unlink(missing_ok=True)
         shutil.rmtree(self.rejected, ignore_errors=True)
         return whole
@@ -132,7 +135,7 @@ class Place:
         """
         with ExitStack() as stack:
             try:
-                stack.enter_context(exclusive(self.final.with_name(self.final.name + ".lock")))
+                stack.enter_context(exclusive(self._beside("lock")))
             except Taken as error:
                 raise StoreError(f"{self.final}: process {error.holder} is making it; wait for it or stop it") from None
             self._recover()
