@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.tree import Tree
 
-from assets_defs._recipe import VERSION_TAG, Key, asset_key
+from assets_defs._recipe import VERSION_TAG, Key, asset_key, label
 from pipeline import Graph, Home, Node
 
 
@@ -43,7 +43,7 @@ def trace(instance: DagsterInstance, graph: Graph, node: Node, key: Key) -> dict
     found: dict[str, Ancestor] = {}
 
     def visit(node: Node, key: Key, version: str | None) -> None:
-        name = f"{node.id}/{key}" if key else node.id
+        name = label(node, key)
         if name in found:
             return
         found[name] = ancestor = _read(instance, node, key, version)
@@ -77,9 +77,8 @@ def _read(instance: DagsterInstance, node: Node, key: Key, version: str | None) 
                 seconds=record["seconds"],
                 run_id=run_id,
             )
-    what = f"{node.id}/{key}" if key else node.id
     raise LookupError(
-        f"{what}: " + ("was never made; sim1 run" if version is None else f"no record of version {version}")
+        f"{label(node, key)}: " + ("was never made; sim1 run" if version is None else f"no record of version {version}")
     )
 
 

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from assets_defs._config import check_function, config_of, stage_function
 from assets_defs._digest import RECORD, digest_json
-from assets_defs._recipe import Key, Snapshot
+from assets_defs._recipe import Key, Snapshot, label
 from assets_defs._sources import source
 from assets_defs._store import StoreError, place, verified
 from pipeline import Home, Node
@@ -180,7 +180,3 @@ def _not_written(home: Home, error: OSError, part: Path) -> NotMade:
             "free some space and run again, nothing that was made before is lost"
         )
     return NotMade(home.relative(said), transient=error.errno != errno.ENOSPC)
-
-
-def label(node: Node, key: Key) -> str:
-    return f"{node.id}/{key}" if key else node.id

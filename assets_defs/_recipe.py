@@ -28,6 +28,11 @@ def asset_key(node: Node) -> dg.AssetKey:
     return dg.AssetKey(node.id.split("/"))
 
 
+def label(node: Node, key: Key) -> str:
+    """What a person calls an artifact: stage/garment, a variant's name in front."""
+    return f"{node.id}/{key}" if key else node.id
+
+
 @dataclass(frozen=True)
 class Status:
     """State of one artifact and the reason for it."""
@@ -90,7 +95,7 @@ class Snapshot:
             version = self.version(parent, parent_key)
             if version is None:
                 return None
-            made_from[f"{name}:{parent.id}/{parent_key}" if parent_key else f"{name}:{parent.id}"] = version
+            made_from[f"{name}:{label(parent, parent_key)}"] = version
         sources = {}
         for name, path in node.stage.sources.items():
             at = self.home.root / path.format(garment=key)
@@ -114,10 +119,9 @@ class Snapshot:
 
     def _judge(self, node: Node, key: Key) -> Status:
         for _, parent, parent_key in self.parents(node, key):
-            if self.status(parent, parent_key).state != "fresh":
-                label = f"{parent.id}/{parent_key}" if parent_key else parent.id
+            if (above := self.status(parent, parent_key).state) != "fresh":
                 state = "waiting" if self.version(node, key) else "missing"
-                return Status(state, f"{label} is {self.status(parent, parent_key).state}")
+                return Status(state, f"{label(parent, parent_key)} is {above}")
         parts = self.parts(node, key)
         recipe = digest_json(parts)
         at = place(self.home, node, key)

@@ -3,8 +3,7 @@
 import time
 from collections.abc import Iterable, Iterator
 
-from assets_defs._produce import label
-from assets_defs._recipe import Key, Snapshot, Status
+from assets_defs._recipe import Key, Snapshot, Status, label
 from assets_defs._store import place
 from pipeline import Node
 

@@ -10,8 +10,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from assets_defs._produce import label
-from assets_defs._recipe import Snapshot
+from assets_defs._recipe import Snapshot, label
 from assets_defs._regenerate import Report, regenerate
 from assets_defs._results import results, warnings
 from assets_defs._store import StoreError

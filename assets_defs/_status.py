@@ -8,8 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from assets_defs._produce import label
-from assets_defs._recipe import Key, Snapshot, Status
+from assets_defs._recipe import Key, Snapshot, Status, label
 from pipeline import Graph, Home, Node
 
 STYLES = {"fresh": "green", "stale": "yellow", "missing": "dim", "waiting": "dim", "failed": "red"}

@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from assets_defs._produce import label
-from assets_defs._recipe import Snapshot
+from assets_defs._recipe import Snapshot, label
 from assets_defs._results import state, warnings
 from assets_defs._store import place
 from sim1.report import Picture, Section, write_report
