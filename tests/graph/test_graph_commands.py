@@ -100,12 +100,12 @@ def test_audit_shows_the_parents_that_an_artifact_was_made_from_even_when_they_c
 
 
 def test_run_prints_what_it_made_and_fails_with_its_exit_code(project):
-    answer = project.command("run", "--select", "mesh", "--garment", "towel")
+    answer = project.process("run", "--jobs", "1", "--select", "mesh", "--garment", "towel")
     assert answer.returncode == 0, answer.stderr
     assert "2 made" in answer.stdout
     project.add_garment("towel", "bad")
     project.stages(mesh={"config": {"no_space": True}})
-    answer = project.command("run")
+    answer = project.process("run")
     assert answer.returncode == 1
     # Said once, with the artifact's name once, and paths as a person would type them.
     assert [line for line in answer.stdout.splitlines() if "something else" in line] == [
