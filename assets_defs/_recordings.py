@@ -67,8 +67,10 @@ def _noise(figures) -> str:
 
 
 def _correlation(figures) -> str:
-    found = None if figures.noise is None else figures.noise.correlation_s
-    return "?" if found is None else "within a frame" if found == 0 else f"{found:.2g}"
+    noise = figures.noise
+    if noise is None or noise.correlation_s is None:
+        return "?"
+    return f"{noise.correlation_s:.2g} ({noise.slow_share:.0%} of it)" if noise.slow_share else "within a frame"
 
 
 _SIDE_BY_SIDE = 3  # recordings in one table

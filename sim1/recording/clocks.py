@@ -6,7 +6,7 @@ import numpy as np
 
 from sim1.stage import BadInput
 
-CLOSEST_S = 1e-5  # two samples closer than this are one, stamped twice
+CLOSEST_S = 1e-6  # two samples closer than this are one, stamped twice
 SLOWEST_S = 0.5  # median step: slower, and nothing of a motion is left, or the stamps are milliseconds
 LONGEST_S = 3600.0
 

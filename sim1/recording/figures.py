@@ -12,6 +12,7 @@ from sim1.recording.sheet_fit import SheetFit, fit_sheet, material_of_markers
 MOST_FRAMES = 600  # that the sheet is fitted to; more would not change a percentile
 TOUCH_M = 0.004  # above the resting height: markers have a thickness and an error
 WINDOW_S = 1.0  # of motion, for how much its speed varies
+FLAT_RAD, FEWEST_FLAT = 0.15, 20  # turn of the normal from a marker to its neighbour; frames
 SWAY_M_S = 0.05  # a second that is slower is no motion
 FOLDED_M, APART_M = 0.03, 0.12  # markers this close that are this far apart on the cloth: it is folded
 
@@ -48,7 +49,7 @@ class RecordingFigures:
     open_while_held: bool
     curvature_1_m: tuple[float, float] | None  # along u and v, 95th percentile
     curvature_noise_1_m: float | None  # what noise alone would show
-    strain_range: float | None  # of warp and weft, the larger
+    strain: float | None  # largest, of warp and weft
     strain_noise: float | None
     faces: np.ndarray | None  # (n, 3) mean normals, one each MOST_FRAMES-th of the recording
     folded: bool
@@ -99,7 +100,7 @@ def measure(bundle: Bundle, recording: Recording) -> RecordingFigures:
         open_while_held=_open_while_held(recording),
         curvature_1_m=None if fit is None else _bends(fit),
         curvature_noise_1_m=None if fit is None or core is None else 2 * core / fit.spacing_m**2,
-        strain_range=None if fit is None else _strain_range(fit),
+        strain=None if fit is None else _strain(fit),
         strain_noise=None if fit is None or core is None else 2 * core / fit.spacing_m,
         faces=None if fit is None else _faces(fit),
         folded=material is not None and _folded(material, recording.markers_m[every]),
@@ -166,14 +167,17 @@ def _bends(fit: SheetFit) -> tuple[float, float]:
     return tuple(float((_range(size[..., k]) or (0.0, 0.0))[1]) for k in (0, 1))
 
 
-def _strain_range(fit: SheetFit) -> float:
-    """Largest change of a marker's stretch along warp or weft between the 5th and 95th percentile of time."""
-    length = np.linalg.norm(fit.gradient, axis=2)
-    often = np.isfinite(length).mean(0) > 0.5
+def _strain(fit: SheetFit) -> float | None:
+    """How much longer than on the mesh the cloth gets: 95th percentile of time, exceeded by a tenth of the markers.
+
+    Where the cloth bends, the chord between markers is shorter than the cloth: only nearly flat moments count.
+    """
+    flat = np.abs(fit.curvature_1_m).max(-1) * fit.spacing_m < FLAT_RAD
+    length = np.where(flat[..., None], np.linalg.norm(fit.gradient, axis=2), np.nan)
+    often = np.isfinite(length).sum(0).min(-1) >= FEWEST_FLAT
     if not often.any():
-        return 0.0
-    low, high = np.nanpercentile(length[:, often], [5, 95], axis=0)
-    return float(np.percentile(high - low, 90))
+        return None
+    return max(0.0, float(np.percentile(np.nanpercentile(length[:, often], 95, axis=0), 90)) - 1)
 
 
 def _faces(fit: SheetFit) -> np.ndarray:

@@ -9,6 +9,7 @@ from sim1.recording.motion import rest_until_s
 
 FEWEST_FRAMES = 5  # at rest; fewer give no spread
 FEWEST_FOR_CORRELATION = 12
+LEAST_SHARE = 0.15  # less is what a short rest shows of white noise too
 MAD_TO_STD = 1.4826
 
 
@@ -18,7 +19,8 @@ class MarkerNoise:
 
     std_m: float  # root mean square, gross errors included
     core_std_m: float  # without the tails
-    correlation_s: float | None  # after which an error has fallen to 1 / e; 0: within a frame; None: too few frames
+    slow_share: float | None  # of the variance, that outlasts a frame; None: too few frames
+    correlation_s: float | None  # in which that part falls to 1 / e; 0: there is none
     at_rest: bool  # False: from differences of the motion, an upper bound
 
 
@@ -34,14 +36,16 @@ def marker_noise(recording: Recording) -> MarkerNoise | None:
         share = (len(scatter) / freedom) ** 0.5
         std = float(np.sqrt(np.square(scatter).sum() / freedom))
         core = MAD_TO_STD * float(np.median(np.abs(scatter))) * share
-        step = float(np.median(np.diff(time)))
-        return MarkerNoise(std_m=std, core_std_m=core, correlation_s=_correlation_s(off, step), at_rest=True)
+        share, time_s = _slow_part(off, float(np.median(np.diff(time))))
+        return MarkerNoise(std_m=std, core_std_m=core, slow_share=share, correlation_s=time_s, at_rest=True)
     bend = np.diff(recording.markers_m, n=3, axis=0)  # of white noise: variance 20
     bend = bend[np.isfinite(bend)] / 20**0.5
     if len(bend) < 30:
         return None
     core = MAD_TO_STD * float(np.median(np.abs(bend)))
-    return MarkerNoise(std_m=float(np.sqrt(np.mean(bend**2))), core_std_m=core, correlation_s=None, at_rest=False)
+    return MarkerNoise(
+        std_m=float(np.sqrt(np.mean(bend**2))), core_std_m=core, slow_share=None, correlation_s=None, at_rest=False
+    )
 
 
 def _without_drift(time_s: np.ndarray, frames_m: np.ndarray) -> tuple[np.ndarray, int]:
@@ -56,25 +60,30 @@ def _without_drift(time_s: np.ndarray, frames_m: np.ndarray) -> tuple[np.ndarray
     return np.where(seen, value - slope * moment, np.nan), int((count - 2).sum())
 
 
-def _correlation_s(off_m: np.ndarray, step_s: float) -> float | None:
-    """Time after which the autocorrelation of residuals (T, M, 3) falls to 1 / e."""
+def _slow_part(off_m: np.ndarray, step_s: float) -> tuple[float | None, float | None]:
+    """Share of the variance of residuals (T, M, 3) that outlasts a frame, and the time in which that part falls to 1 / e."""
     count = len(off_m)
     if count < FEWEST_FOR_CORRELATION:
-        return None
+        return None, None
     core = np.nanmedian(np.abs(off_m)) * MAD_TO_STD
     off = np.clip(off_m, -4 * core, 4 * core)  # one gross error must not decide
     variance = np.nanmean(off * off)
     if not variance > 0:
-        return None
-    before = 1.0
-    for lag in range(1, count // 2):
-        product = off[lag:] * off[:-lag]
-        if not np.isfinite(product).any():
-            return None
-        now = float(np.nanmean(product) / variance) + 2 / count  # the line took away as much
-        if now < np.exp(-1):
-            # White noise falls to nothing within a frame; a fraction of a frame would say more than is known.
-            across = (before - np.exp(-1)) / (before - now)
-            return 0.0 if lag == 1 and now < 0.2 else float(step_s * (lag - 1 + across))
+        return None, None
+    share = before = _correlation(off, 1, variance)
+    if share < LEAST_SHARE:
+        return 0.0, 0.0
+    for lag in range(2, count // 2):
+        now = _correlation(off, lag, variance)
+        if now < share / np.e:
+            across = (before - share / np.e) / (before - now)
+            return share, float(step_s * (lag - 2 + across))
         before = now
-    return step_s * (count // 2)
+    return share, step_s * (count // 2)
+
+
+def _correlation(off_m: np.ndarray, lag: int, variance: float) -> float:
+    product = off_m[lag:] * off_m[:-lag]
+    if not np.isfinite(product).any():
+        return 0.0
+    return float(np.nanmean(product) / variance) + 2 / len(off_m)  # the straight line took as much away

@@ -22,7 +22,8 @@ def overall(bundle: Bundle, figures: list[RecordingFigures]) -> Overall:
     density = bundle.prior.area_density_kg_m2
     spread = density.log_std or (density.std / density.value if density.std else None)
     travels = np.concatenate([np.diff(t.position_m, axis=0) for r in bundle.recordings for t in r.drives.values()])
-    strain = max((f.strain_range for f in figures if f.strain_range is not None), default=None)
+    strain = max((f.strain for f in figures if f.strain is not None), default=None)
+    strains = [f.strain / f.strain_noise for f in figures if f.strain_noise and f.strain is not None]
     paces = [f.speed_m_s[1] for f in figures]
     return {
         "recordings": float(len(figures)),
@@ -62,10 +63,8 @@ def overall(bundle: Bundle, figures: list[RecordingFigures]) -> Overall:
         "curvature_u_over_noise": _over(figures, 0),
         "curvature_v_over_noise": _over(figures, 1),
         "curvature_least_over_noise": _least(_over(figures, 0), _over(figures, 1)),
-        "strain_over_noise": max((f.strain_range / f.strain_noise for f in figures if f.strain_noise), default=None),
-        "strain_percent": _product(
-            max((f.strain_range for f in figures if f.strain_range is not None), default=None), 100
-        ),
+        "strain_over_noise": max(strains, default=None),
+        "strain_percent": _product(max((f.strain for f in figures if f.strain is not None), default=None), 100),
         "steady_markers": None if strain is None else float(strain < CREEP),
         "folded": float(sum(f.folded for f in figures)),
     }

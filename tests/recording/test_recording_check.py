@@ -57,6 +57,14 @@ def test_the_time_that_noise_remembers_is_found(correlation_s):
     assert noise.correlation_s == pytest.approx(correlation_s, rel=0.4)
 
 
+def test_white_noise_on_a_slow_wander_shows_as_its_share():
+    recording = swing("a", noise_m=5e-4, correlation_s=0.15, rest_s=4.0)
+    recording.markers_m[:] += 5e-4 * np.random.default_rng(1).standard_normal(recording.markers_m.shape)
+    noise = figures_of(recording).noise
+    assert noise.slow_share == pytest.approx(0.5, abs=0.12)
+    assert noise.correlation_s == pytest.approx(0.15, rel=0.4)
+
+
 def test_without_rest_the_noise_is_bounded_from_the_motion():
     noise = figures_of(replace(swing("a", noise_m=7e-4), starts="moving")).noise
     assert not noise.at_rest
@@ -96,14 +104,22 @@ def test_what_was_not_seen_is_counted():
 def test_a_board_neither_bends_nor_stretches():
     figures = figures_of(swing("a"))
     assert max(figures.curvature_1_m) < 1e-6
-    assert figures.strain_range < 1e-6
+    assert figures.strain < 1e-6
     assert not figures.folded
+
+
+def test_a_board_that_is_pulled_longer_is_seen_to_be():
+    recording = swing("a", peak_rad_s=0.0)
+    middle = recording.markers_m.mean(1, keepdims=True)
+    pull = 1 + 0.05 * np.clip(recording.time_s - 1, 0, 1)[:, None, None]
+    pulled = replace(recording, markers_m=middle + (recording.markers_m - middle) * pull)
+    assert figures_of(pulled).strain == pytest.approx(0.05, rel=0.02)
 
 
 def test_noise_alone_is_not_taken_for_bending_or_stretch(tmp_path):
     said = said_of(swing("a", noise_m=1e-3), swing("b", noise_m=1e-3, seed=1), folder=tmp_path / "b")
     assert not only(said, "anisotropic_bending:")[1]
-    assert not only(said, "lengths between markers")[1]
+    assert not only(said, "strain_stiffening")[1]
 
 
 def test_contact_with_a_table_is_seen_and_sliding_and_lifting_too():

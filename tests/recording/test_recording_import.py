@@ -24,6 +24,7 @@ from typer.testing import CliRunner
 from assets_defs._recordings import recordings as command
 from sim1.recording.bundle import read_bundle
 from sim1.recording.examination import examine
+from sim1.recording.importing.c3d_file import read_c3d
 from sim1.recording.importing.write import import_bundle
 from sim1.stage import BadInput
 
@@ -341,6 +342,23 @@ def test_files_cut_short_or_of_another_kind_are_refused_by_name(tmp_path, gappy,
     path.unlink()
     with pytest.raises(BadInput, match=rf"swing_a\.{ending}"):
         imported(folder, kind, "swing_a")
+
+
+def test_a_file_on_which_the_library_itself_breaks_down_is_refused_too(tmp_path):
+    path = tmp_path / "swing.c3d"
+    write_c3d(path, swing("a", moves_s=0.3, rest_s=0.2, rate_hz=30.0))
+    whole, stream = path.read_bytes(), np.random.default_rng(0)
+    refused = 0
+    for _ in range(12):
+        scrambled = bytearray(whole)
+        for at in stream.integers(0, 1024, 12):
+            scrambled[at] = stream.integers(0, 256)
+        path.write_bytes(bytes(scrambled))
+        try:
+            read_c3d(path, "mm")
+        except BadInput as error:
+            refused += "swing.c3d" in str(error)
+    assert refused > 3
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,8 @@
 """C3D files, the exchange format of motion-capture labs, through ezc3d."""
 
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +11,7 @@ from sim1.recording.importing.paths import MarkerPaths, metres_per_unit, z_up
 from sim1.stage import BadInput
 
 LAST_WORD = 65535  # a longer file writes this as its last frame
+LONGEST_S = 600  # that reading may take
 
 
 def read_c3d(path: Path, units: str | None = None, up: str | None = None) -> MarkerPaths:
@@ -16,45 +20,50 @@ def read_c3d(path: Path, units: str | None = None, up: str | None = None) -> Mar
     Raises:
         BadInput: not a C3D file, cut short, no points, no rate, a unit that nobody says.
     """
-    import ezc3d
-
     if not path.is_file():
         raise BadInput(f"{path}: no such file; name the C3D file")
-    try:
-        content = ezc3d.c3d(str(path))
-    except Exception as error:  # damaged files raise many kinds
-        raise BadInput(
-            f"{path}: not a readable C3D file ({' '.join(str(error).split())[:120]}); export it again"
-        ) from error
-    group, data = content["parameters"]["POINT"], content["data"]
-    points = np.asarray(data["points"], float)[:3].transpose(2, 1, 0)
-    header = content["header"]["points"]
+    arrays = _arrays(path)
+    points, lost, labels = arrays["points"], arrays["lost"], tuple(str(label) for label in arrays["labels"])
     if points.size == 0:
         raise BadInput(f"{path}: no points in any frame; export the trajectories")
     if len(points) < (promised := _promised_frames(path)):
         raise BadInput(
             f"{path}: the header promises {promised} frames, the file holds {len(points)}; it was cut short: copy it again"
         )
-    names = [group[key]["value"] for key in sorted(group, key=lambda key: (len(key), key)) if key.startswith("LABELS")]
-    labels = tuple(str(label).strip() for some in names for label in some)
-    if len(labels) < points.shape[1]:
-        raise BadInput(f"{path}: {points.shape[1]} points and {len(labels)} labels; label the points and export again")
-    hertz = float(np.ravel(group["RATE"]["value"])[0]) if np.size(group.get("RATE", {}).get("value", [])) else 0.0
-    if not hertz > 0:
+    if lost.shape != points.shape[:2] or len(labels) < points.shape[1]:
+        raise BadInput(
+            f"{path}: {points.shape[1]} points, {len(labels)} labels, residuals {lost.shape}; label the points and export again"
+        )
+    hertz = float(arrays["rate"][0]) if len(arrays["rate"]) else 0.0
+    if not 0 < hertz < np.inf:
         raise BadInput(f"{path}: POINT:RATE is {hertz}; expected the frame rate in Hz")
-    stated = [str(unit).strip() for unit in group.get("UNITS", {}).get("value", []) if str(unit).strip()]
-    factor = metres_per_unit(path, stated[0] if stated else None, units)
-    lost = (
-        (np.asarray(data["meta_points"]["residuals"])[0].T < 0) | (points == 0).all(-1) | ~np.isfinite(points).all(-1)
-    )
-    positions = np.where(lost[..., None], np.nan, points)
-    time = (header["first_frame"] + np.arange(len(points))) / hertz
-    return MarkerPaths(time_s=time, labels=labels[: points.shape[1]], positions_m=z_up(positions * factor, up or "z"))
+    stated = next((str(unit) for unit in arrays["units"] if unit), None)
+    positions = np.where(lost[..., None], np.nan, points) * metres_per_unit(path, stated, units)
+    time = (int(arrays["first_frame"]) + np.arange(len(points))) / hertz
+    return MarkerPaths(time_s=time, labels=labels[: points.shape[1]], positions_m=z_up(positions, up or "z"))
+
+
+def _arrays(path: Path) -> dict[str, np.ndarray]:
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "points.npz"
+        words = [sys.executable, "-m", "sim1.recording.importing.c3d_worker", str(path.resolve()), str(out)]
+        try:
+            done = subprocess.run(words, capture_output=True, text=True, timeout=LONGEST_S, check=False)
+        except subprocess.TimeoutExpired as error:
+            raise BadInput(f"{path}: reading took more than {LONGEST_S} s; export it again") from error
+        if done.returncode or not out.is_file():
+            said = done.stderr.strip().splitlines()
+            raise BadInput(
+                f"{path}: not a readable C3D file ({said[-1][:160] if said else 'damaged inside'}); export it again"
+            )
+        with np.load(out, allow_pickle=False) as archive:
+            return {key: archive[key] for key in archive.files}
 
 
 def _promised_frames(path: Path) -> int:
     """Frames by the file's header (the library counts what is there); 0 where it does not say."""
-    start = path.read_bytes()
+    with path.open("rb") as stream:
+        start = stream.read(512 * 256)
     parameters = (start[0] - 1) * 512
     order = ">u2" if start[parameters + 3 : parameters + 4] == b"\x56" else "<u2"  # 86: a MIPS machine wrote it
     first, last = (int(word) for word in np.frombuffer(start[6:10], order))
