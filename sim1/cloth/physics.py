@@ -44,6 +44,7 @@ class ClothPhysics:
     damping_s: Property  # Kelvin-Voigt time: viscous stress = damping_s * rate of the elastic stress
     friction: Friction = Friction()
     effects: tuple[dict[str, Any], ...] = ()
+    grips: tuple[dict[str, Any], ...] = ()  # {drive, vertices, places_m} of a lab's grips that calibration found
 
     def with_values(self, **values: float) -> "ClothPhysics":
         """The same fabric with some scalar values replaced; their intervals are dropped."""
@@ -102,6 +103,8 @@ def write_physics(path: Path, physics: ClothPhysics) -> None:
     content |= {name: _to_mapping(getattr(physics, name)) for name in SCALARS}
     content["friction"] = {name: _to_mapping(getattr(physics.friction, name)) for name in CONTACTS}
     content["effects"] = [dict(effect) for effect in physics.effects]
+    if physics.grips:
+        content["grips"] = [dict(grip) for grip in physics.grips]
     path.write_text(yaml.safe_dump(content, sort_keys=False))
 
 
@@ -128,7 +131,23 @@ def _from_mapping(content: dict[str, Any], where: str, *, strict: bool) -> Cloth
     for name in CONTACTS:
         if getattr(friction, name).value < 0.0:
             raise BadInput(f"{where}: friction.{name} is {getattr(friction, name).value}, expected at least 0")
-    return ClothPhysics(**scalars, friction=friction, effects=tuple(content.get("effects") or ()))
+    return ClothPhysics(
+        **scalars,
+        friction=friction,
+        effects=tuple(content.get("effects") or ()),
+        grips=_grips(content.get("grips") or (), where),
+    )
+
+
+def _grips(entries: Any, where: str) -> tuple[dict[str, Any], ...]:
+    for entry in entries:
+        if not isinstance(entry, dict) or set(entry) != {"drive", "vertices", "places_m"}:
+            raise BadInput(f"{where}: grips holds {entry!r}, expected {{drive, vertices, places_m}}")
+        if len(entry["vertices"]) != len(entry["places_m"]) or any(len(row) != 3 for row in entry["places_m"]):
+            raise BadInput(
+                f"{where}: grips: drive {entry['drive']!r} has not one place (x, y, z) for each of its vertices"
+            )
+    return tuple(entries)
 
 
 def _property(item: Any, where: str, strict: bool) -> Property:

@@ -1,16 +1,86 @@
 """Physics beyond the plain cloth model: one file per effect, registered by its name in `model.yaml`.
 
-An effect is a frozen dataclass of its parameters (SI units). It may change the cloth's arrays once (`shape`) and add forces in
-every step (`push`). Adding an effect is adding a file and a line in `EFFECTS`.
+An effect is a frozen dataclass of its parameters (SI units). Adding one is adding a file and a line here.
 """
 
+from sim1.cloth.effects.actuator_lag import ActuatorLag
+from sim1.cloth.effects.added_mass import AddedMass
+from sim1.cloth.effects.adhesion import Adhesion
 from sim1.cloth.effects.air_drag import AirDrag
+from sim1.cloth.effects.anisotropic_bending import AnisotropicBending
+from sim1.cloth.effects.anisotropic_friction import AnisotropicFriction
 from sim1.cloth.effects.anisotropic_stretch import AnisotropicStretch
-from sim1.cloth.effects.effect import Effect, effect_of
+from sim1.cloth.effects.bending_hysteresis import BendingHysteresis
+from sim1.cloth.effects.clock_offset import ClockOffset
+from sim1.cloth.effects.effect import Effect, Site, effect_of
+from sim1.cloth.effects.frame_offset import FrameOffset
+from sim1.cloth.effects.gravity_tilt import GravityTilt
+from sim1.cloth.effects.grip_compliance import GripCompliance
+from sim1.cloth.effects.grip_slip import GripSlip
+from sim1.cloth.effects.heavy_region import HeavyRegion
+from sim1.cloth.effects.plastic_crease import PlasticCrease
+from sim1.cloth.effects.rest_curvature import RestCurvature
+from sim1.cloth.effects.shrinkage import Shrinkage
+from sim1.cloth.effects.static_friction import StaticFriction
+from sim1.cloth.effects.stiff_region import StiffRegion
+from sim1.cloth.effects.strain_stiffening import StrainStiffening
+from sim1.cloth.effects.wind import Wind
 
-EFFECTS: dict[str, type[Effect]] = {effect.name: effect for effect in (AirDrag, AnisotropicStretch)}
+EFFECTS: dict[str, type[Effect]] = {
+    effect.name: effect
+    for effect in (
+        ActuatorLag,
+        AddedMass,
+        Adhesion,
+        AirDrag,
+        AnisotropicBending,
+        AnisotropicFriction,
+        AnisotropicStretch,
+        BendingHysteresis,
+        ClockOffset,
+        FrameOffset,
+        GravityTilt,
+        GripCompliance,
+        GripSlip,
+        HeavyRegion,
+        PlasticCrease,
+        RestCurvature,
+        Shrinkage,
+        StaticFriction,
+        StiffRegion,
+        StrainStiffening,
+        Wind,
+    )
+}
 
-__all__ = ["EFFECTS", "AirDrag", "AnisotropicStretch", "Effect", "effect_of", "effects_of"]
+__all__ = [
+    "EFFECTS",
+    "ActuatorLag",
+    "AddedMass",
+    "Adhesion",
+    "AirDrag",
+    "AnisotropicBending",
+    "AnisotropicFriction",
+    "AnisotropicStretch",
+    "BendingHysteresis",
+    "ClockOffset",
+    "Effect",
+    "FrameOffset",
+    "GravityTilt",
+    "GripCompliance",
+    "GripSlip",
+    "HeavyRegion",
+    "PlasticCrease",
+    "RestCurvature",
+    "Shrinkage",
+    "Site",
+    "StaticFriction",
+    "StiffRegion",
+    "StrainStiffening",
+    "Wind",
+    "effect_of",
+    "effects_of",
+]
 
 
 def effects_of(entries: tuple[dict, ...]) -> tuple[Effect, ...]:

@@ -1,14 +1,16 @@
 """Pressure and skin drag of still air on each face."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import warp as wp
 
 from sim1.cloth.avbd.iterate import Iterate
 from sim1.cloth.avbd.sheet import Sheet
+from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect
+from sim1.cloth.precise.world import World
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +25,14 @@ class AirDrag(Effect):
         "quadratic drag of a plate, split into normal and tangential parts (Wilson et al. 2014, section 3)"
     )
 
+    typical: ClassVar[str] = (
+        "c_normal 1.1 to 2 in steady motion, 5 to 10 in small oscillation; c_tangential 0.005 to 0.1"
+    )
+    coefficients: ClassVar[tuple[Coefficient, ...]] = (
+        Coefficient(name="c_normal", unit="1", scale=1.5, low=0.0),
+        Coefficient(name="c_tangential", unit="1", scale=0.05, low=0.0),
+    )
+
     c_normal: float  # 1
     c_tangential: float = 0.0  # 1
     air_density_kg_m3: float = 1.2  # dry, 20 C, sea level
@@ -33,6 +43,11 @@ class AirDrag(Effect):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} must be finite and at least 0 (got {value})")
+
+    @classmethod
+    def alter(cls, world: World, values: dict[str, float]) -> World:
+        """The world with this effect; `values` by name of coefficient."""
+        return replace(world, air_normal=values["c_normal"], air_skin=values["c_tangential"])
 
     def push(self, solver: Any, dt: float) -> None:
         """Drag at the expected velocity, and its slope, so that a large coefficient brakes and does not throw back."""

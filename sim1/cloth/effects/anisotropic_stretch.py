@@ -1,12 +1,14 @@
 """Warp and weft differ in stretch."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
+from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect
+from sim1.cloth.precise.world import World
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,6 +19,11 @@ class AnisotropicStretch(Effect):
     signature: ClassVar[str] = "a pull along the threads stretches the sheet by another amount than one across them"
     source: ClassVar[str] = "orthotropic lamina in plane stress (Jones 1999, section 2.5)"
 
+    typical: ClassVar[str] = "0.3 to 3"
+    coefficients: ClassVar[tuple[Coefficient, ...]] = (
+        Coefficient(name="ratio_warp_weft", unit="1", scale=0.7, kind="log", centre=1.0, low=0.02, high=50.0),
+    )
+
     ratio_warp_weft: float  # 1
     warp: tuple[float, float, float] = (1.0, 0.0, 0.0)  # direction of the warp threads at rest, projected on each face
 
@@ -26,6 +33,11 @@ class AnisotropicStretch(Effect):
             raise ValueError(f"ratio_warp_weft must be finite and above 0 (got {self.ratio_warp_weft})")
         if not np.linalg.norm(self.warp) > 0.0:
             raise ValueError(f"warp must have a length (got {self.warp})")
+
+    @classmethod
+    def alter(cls, world: World, values: dict[str, float]) -> World:
+        """The world with this effect; `values` by name of coefficient."""
+        return replace(world, stretch_ratio=values["ratio_warp_weft"])
 
     def shape(self, solver: Any) -> None:
         """Replace the isotropic law of every triangle."""

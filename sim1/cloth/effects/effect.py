@@ -1,18 +1,77 @@
-"""What an effect is to the solver."""
+"""What an effect is to the solver and to the search for missing physics."""
 
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
+import numpy as np
+
+from sim1.cloth.effects.coefficient import Coefficient
+from sim1.cloth.precise.world import World
 from sim1.stage import BadInput
 
 
 @dataclass(frozen=True, kw_only=True)
+class Site:
+    """What a search knows of the recordings when it chooses where effects could act."""
+
+    low_m: tuple[float, float]  # of the material coordinates
+    high_m: tuple[float, float]
+    curvature_1_m: float  # largest that the baseline reaches, in most places
+    grip_load_n: float  # the sheet's weight on each grip
+    table: bool
+
+    @property
+    def width_m(self) -> float:
+        """The shorter side."""
+        return min(self.high_m[0] - self.low_m[0], self.high_m[1] - self.low_m[1])
+
+    def grid(self, count: int) -> list[tuple[float, float]]:
+        """Centres of count x count cells."""
+        share = (np.arange(count) + 0.5) / count
+        (u0, v0), (u1, v1) = self.low_m, self.high_m
+        return [(float(u0 + a * (u1 - u0)), float(v0 + b * (v1 - v0))) for b in share for a in share]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Effect:
-    """One physical effect; subclasses add parameters and one or both of the hooks."""
+    """One physical effect: its parameters as a model file holds them, how to search for it, and how simulators act it.
+
+    The identification simulator asks `alter`; `SolverAVBD` calls `shape` and `push`.
+    """
 
     name: ClassVar[str]
     signature: ClassVar[str]  # how it shows in a recording, one line for reports
     source: ClassVar[str]  # of the formula
+    typical: ClassVar[str]  # range that is met
+    coefficients: ClassVar[tuple[Coefficient, ...]]  # what a search varies; the strengths first
+    on_table: ClassVar[bool] = False  # acts through the table alone
+    measured: ClassVar[bool] = False  # belongs to the rig or to the cameras, not to the cloth
+
+    @classmethod
+    def alter(cls, world: World, values: dict[str, float]) -> World:
+        """The world with this effect; `values` by name of coefficient."""
+        raise NotImplementedError
+
+    @classmethod
+    def variants(cls, site: Site) -> list[dict[str, float]]:
+        """Places, thresholds or directions from which a search starts: values of the shape coefficients."""
+        del site
+        return [{}]
+
+    @classmethod
+    def published(cls, world: World, values: dict[str, float]) -> dict[str, float]:
+        """Parameters, as a model file holds them, from the coefficients of a search."""
+        del world
+        return {c.name: values[c.name] for c in cls.coefficients}
+
+    @classmethod
+    def units(cls) -> dict[str, str]:
+        """Unit of each parameter of a model file."""
+        return {c.name: c.unit for c in cls.coefficients}
+
+    def act(self, world: World) -> World:
+        """The world with this effect at its parameters."""
+        return self.alter(world, {c.name: getattr(self, c.name) for c in self.coefficients})
 
     def shape(self, solver: Any) -> None:
         """Change the arrays of `solver.sheet`, once, when the solver is made or the model changed."""

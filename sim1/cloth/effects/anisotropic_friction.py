@@ -1,0 +1,47 @@
+"""Table friction depends on the direction."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from sim1.cloth.effects.coefficient import Coefficient
+from sim1.cloth.effects.effect import Effect
+from sim1.cloth.precise.world import World
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnisotropicFriction(Effect):
+    """Coulomb friction mu_x along the world's x, mu_y along y."""
+
+    name: ClassVar[str] = "anisotropic_friction"
+    signature: ClassVar[str] = "slides more easily along one axis of the table than along the other"
+    source: ClassVar[str] = "orthotropic Coulomb friction (Zmitrowicz 1981)"
+    typical: ClassVar[str] = "ratio 0.5 to 2"
+    coefficients: ClassVar[tuple[Coefficient, ...]] = (
+        Coefficient(name="ratio", unit="1", scale=0.5, kind="log", centre=1.0, low=0.02, high=50.0),
+    )
+
+    mu_x: float  # 1
+    mu_y: float  # 1
+
+    @classmethod
+    def alter(cls, world: World, values: dict[str, float]) -> World:
+        """The world with this effect; `values` by name of coefficient."""
+        return replace(world, friction_ratio=values["ratio"])
+
+    on_table: ClassVar[bool] = True
+
+    @classmethod
+    def published(cls, world: World, values: dict[str, float]) -> dict[str, float]:
+        """Both coefficients, from the mean that the baseline fits and their ratio."""
+        root = values["ratio"] ** 0.5
+        return {"mu_x": world.friction * root, "mu_y": world.friction / root}
+
+    @classmethod
+    def units(cls) -> dict[str, str]:
+        """Unit of each parameter of a model file."""
+        return {"mu_x": "1", "mu_y": "1"}
+
+    def act(self, world: World) -> World:
+        """The world with both coefficients."""
+        mean = (self.mu_x * self.mu_y) ** 0.5
+        return replace(world, friction=mean, friction_ratio=self.mu_x / max(self.mu_y, 1e-9))

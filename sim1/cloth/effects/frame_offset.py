@@ -1,0 +1,44 @@
+"""Camera and robot frames differ."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from sim1.cloth.effects.coefficient import Coefficient
+from sim1.cloth.effects.effect import Effect
+from sim1.cloth.precise.world import World
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrameOffset(Effect):
+    """Reported marker = R(rotation vector) x + t."""
+
+    name: ClassVar[str] = "frame_offset"
+    signature: ClassVar[str] = "every marker is off by one rigid motion, at rest too"
+    source: ClassVar[str] = "rigid registration error"
+    typical: ClassVar[str] = "1 to 20 mm, 0.2 to 5 degrees"
+    coefficients: ClassVar[tuple[Coefficient, ...]] = (
+        Coefficient(name="tx", unit="m", scale=0.004),
+        Coefficient(name="ty", unit="m", scale=0.004),
+        Coefficient(name="tz", unit="m", scale=0.004),
+        Coefficient(name="rx", unit="rad", scale=0.01),
+        Coefficient(name="ry", unit="rad", scale=0.01),
+        Coefficient(name="rz", unit="rad", scale=0.01),
+    )
+
+    tx: float  # m
+    ty: float  # m
+    tz: float  # m
+    rx: float  # rad
+    ry: float  # rad
+    rz: float  # rad
+
+    @classmethod
+    def alter(cls, world: World, values: dict[str, float]) -> World:
+        """The world with this effect; `values` by name of coefficient."""
+        return replace(
+            world,
+            frame_shift_m=(values["tx"], values["ty"], values["tz"]),
+            frame_turn_rad=(values["rx"], values["ry"], values["rz"]),
+        )
+
+    measured: ClassVar[bool] = True

@@ -1,0 +1,43 @@
+"""The grip yields elastically."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from sim1.cloth.effects.coefficient import Coefficient
+from sim1.cloth.effects.effect import Effect
+from sim1.cloth.precise.world import World
+
+
+@dataclass(frozen=True, kw_only=True)
+class GripCompliance(Effect):
+    """Each grip holds its vertices by springs that add up to `stiffness`."""
+
+    name: ClassVar[str] = "grip_compliance"
+    signature: ClassVar[str] = "the held edge gives way under load and comes back"
+    source: ClassVar[str] = "linear spring"
+    typical: ClassVar[str] = "50 to 2000 N/m"
+    coefficients: ClassVar[tuple[Coefficient, ...]] = (
+        Coefficient(name="compliance", unit="m/N", scale=0.002, low=0.0),
+    )
+
+    stiffness: float  # N/m, of a grip as a whole
+
+    @classmethod
+    def alter(cls, world: World, values: dict[str, float]) -> World:
+        """The world with this effect; `values` by name of coefficient."""
+        return replace(world, compliance_m_n=values["compliance"])
+
+    @classmethod
+    def published(cls, world: World, values: dict[str, float]) -> dict[str, float]:
+        """Stiffness from compliance."""
+        del world
+        return {"stiffness": 1.0 / max(values["compliance"], 1e-6)}
+
+    @classmethod
+    def units(cls) -> dict[str, str]:
+        """Unit of each parameter of a model file."""
+        return {"stiffness": "N/m"}
+
+    def act(self, world: World) -> World:
+        """The world with such a grip."""
+        return replace(world, compliance_m_n=1.0 / max(self.stiffness, 1e-6))

@@ -1,0 +1,37 @@
+"""Fold lines keep part of their angle."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from sim1.cloth.effects.coefficient import Coefficient
+from sim1.cloth.effects.effect import Effect, Site
+from sim1.cloth.precise.world import World
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlasticCrease(Effect):
+    """Curvature beyond the yield curvature is kept in part as rest curvature."""
+
+    name: ClassVar[str] = "plastic_crease"
+    signature: ClassVar[str] = "bent sharply once, the sheet stays bent at that line"
+    source: ClassVar[str] = "elastoplastic hinge (Narain et al. 2013)"
+    typical: ClassVar[str] = "yield at 10 to 200 1/m, 0.1 to 0.8 kept"
+    coefficients: ClassVar[tuple[Coefficient, ...]] = (
+        Coefficient(name="retained", unit="1", scale=0.3, low=0.0, high=1.0),
+        Coefficient(
+            name="yield_curvature", unit="1/m", scale=0.5, kind="log", centre=20.0, low=0.5, high=1000.0, shape=True
+        ),
+    )
+
+    yield_curvature: float  # 1/m
+    retained: float  # 1
+
+    @classmethod
+    def alter(cls, world: World, values: dict[str, float]) -> World:
+        """The world with this effect; `values` by name of coefficient."""
+        return replace(world, yield_1_m=values["yield_curvature"], retained=values["retained"])
+
+    @classmethod
+    def variants(cls, site: Site) -> list[dict[str, float]]:
+        """Yield curvatures below the largest that the recordings reach."""
+        return [{"yield_curvature": share * site.curvature_1_m} for share in (0.25, 0.5, 0.75)]

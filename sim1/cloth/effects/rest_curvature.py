@@ -1,0 +1,30 @@
+"""The cloth at rest is curled, not flat."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from sim1.cloth.effects.coefficient import Coefficient
+from sim1.cloth.effects.effect import Effect
+from sim1.cloth.precise.world import World
+
+
+@dataclass(frozen=True, kw_only=True)
+class RestCurvature(Effect):
+    """Bending energy B/2 |kappa - kappa_0|^2, positive towards the normal u x v."""
+
+    name: ClassVar[str] = "rest_curvature"
+    signature: ClassVar[str] = "leans to one side of its surface whatever the motion, most where nothing holds it"
+    source: ClassVar[str] = "natural curvature of a plate"
+    typical: ClassVar[str] = "0.5 to 10 1/m"
+    coefficients: ClassVar[tuple[Coefficient, ...]] = (
+        Coefficient(name="kappa_u", unit="1/m", scale=2.5),
+        Coefficient(name="kappa_v", unit="1/m", scale=2.5),
+    )
+
+    kappa_u: float  # 1/m
+    kappa_v: float  # 1/m
+
+    @classmethod
+    def alter(cls, world: World, values: dict[str, float]) -> World:
+        """The world with this effect; `values` by name of coefficient."""
+        return replace(world, curl_1_m=(values["kappa_u"], values["kappa_v"]))

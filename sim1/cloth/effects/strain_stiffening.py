@@ -1,0 +1,26 @@
+"""The stretch modulus grows with strain."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from sim1.cloth.effects.coefficient import Coefficient
+from sim1.cloth.effects.effect import Effect
+from sim1.cloth.precise.world import World
+
+
+@dataclass(frozen=True, kw_only=True)
+class StrainStiffening(Effect):
+    """S = C E (1 + growth e), e the energy norm of the strain: the strain itself under uniaxial stress."""
+
+    name: ClassVar[str] = "strain_stiffening"
+    signature: ClassVar[str] = "stretches less than in proportion to the load"
+    source: ClassVar[str] = "exponent of woven fabrics at first order (Clyde et al. 2017)"
+    typical: ClassVar[str] = "10 to 500"
+    coefficients: ClassVar[tuple[Coefficient, ...]] = (Coefficient(name="growth", unit="1", scale=60.0, low=0.0),)
+
+    growth: float  # 1, relative growth of the modulus per strain
+
+    @classmethod
+    def alter(cls, world: World, values: dict[str, float]) -> World:
+        """The world with this effect; `values` by name of coefficient."""
+        return replace(world, stiffening=values["growth"])

@@ -1,0 +1,479 @@
+"""Forces on a sheet and their derivative, for one world: compiled loops.
+
+Membrane: St. Venant-Kirchhoff, Kelvin-Voigt; strain averaged around vertices, so that a coarse mesh bends without having to stretch
+(triangles of constant strain lock: node-based smoothing, Liu and Nguyen-Thoi 2009). Bending: second derivatives of the shape over the material,
+fitted around every inner vertex; quadratic, as cloth bends almost without stretching (Bergou et al. 2006). What the baseline lacks
+is in the same loops, with a factor of 0 where it is absent: it costs little, and no effect can be forgotten in the derivative.
+"""
+
+import numpy as np
+from numba import njit
+
+from sim1.cloth.precise.arrays import (
+    ADDED_MASS,
+    ADHESION,
+    AIR_NORMAL,
+    AIR_SKIN,
+    COMPLIANCE,
+    DAMPING,
+    FRICTION_X,
+    FRICTION_Y,
+    GRAVITY_X,
+    HYSTERESIS,
+    MODULUS,
+    STICTION,
+    STIFFENING,
+    TABLE_Z,
+    WIND_X,
+)
+
+FLAGS = {"contract", "reassoc", "nsz", "arcp"}
+MOST_RING = 24  # vertices around a vertex, itself included
+OWN_SHARE = (
+    0.08  # of the membrane's energy by each face's own strain, against hourglass modes; the rest by vertices' means
+)
+CONTACT_N_M3 = 6e4  # pressure per depth: cloth of 0.3 kg/m^2 sinks 0.05 mm into the table
+CLING_M = 5e-4  # adhesion fades out over this gap
+STRIBECK_M_S = 0.01  # sliding faster than this, nothing is left of stiction
+GRIP_M_N = 1e-5  # compliance per vertex of a grip that "holds exactly": 10 um at 1 N
+DAHL_1_M = 5.0  # curvature over which the friction moment of bending turns round
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
+def memory_of(x, net):
+    """Room for what faces (F, 18) and vertices (V, 6), (V, 3) remember between the passes."""
+    return np.empty((len(net.faces), 18)), np.zeros((len(x), 6)), np.empty((len(x), 3))
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
+def _stress(strain, law, s, out):
+    """Membrane stress (uu, vv, uv) [N/m] from strain and strain rate (uu, vv, 2uv each)."""
+    out[0] = law[0] * strain[0] + law[2] * strain[1]
+    out[1] = law[1] * strain[1] + law[2] * strain[0]
+    out[2] = law[3] * strain[2]
+    if s[STIFFENING] != 0.0:
+        energy = out[0] * strain[0] + out[1] * strain[1] + out[2] * strain[2]
+        factor = 1.0 + s[STIFFENING] * np.sqrt(max(energy / s[MODULUS], 0.0))
+        for k in range(3):
+            out[k] *= factor
+    tau = s[DAMPING]
+    out[0] += tau * (law[0] * strain[3] + law[2] * strain[4])
+    out[1] += tau * (law[1] * strain[4] + law[2] * strain[3])
+    out[2] += tau * law[3] * strain[5]
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
+def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, target, held_on, out):
+    """Inertia less forces (V, 3) [N] of world `p` at shape `x`, velocity `v`, acceleration `acc`.
+
+    `curvature` and `moment` (C, 3) are those of the step before, `crease` (C, 3) the curvature that folds have kept,
+    `target` (H, 3) where grips want their vertices, `sliding` the speed below which friction is regularised [m/s].
+    """
+    s = cloth.scalar[p]
+    tau = s[DAMPING]
+    mass, vertex_area = cloth.mass[p], cloth.vertex_area[p]
+    for i in range(len(x)):
+        for k in range(3):
+            out[i, k] = mass[i] * (acc[i, k] - s[GRAVITY_X + k])
+    # ------------------------------------------------------------------ membrane: strain averaged around vertices
+    airy = s[AIR_NORMAL] != 0.0 or s[AIR_SKIN] != 0.0
+    added = s[ADDED_MASS]
+    law = cloth.law[p]
+    sides, strain, stress = memory_of(x, net)
+    for f in range(len(net.faces)):
+        i0, i1, i2 = net.faces[f, 0], net.faces[f, 1], net.faces[f, 2]
+        g = cloth.gradient[p, f]
+        side = sides[f]
+        for k in range(3):
+            side[k] = g[0, 0] * x[i0, k] + g[1, 0] * x[i1, k] + g[2, 0] * x[i2, k]
+            side[3 + k] = g[0, 1] * x[i0, k] + g[1, 1] * x[i1, k] + g[2, 1] * x[i2, k]
+            side[6 + k] = g[0, 0] * v[i0, k] + g[1, 0] * v[i1, k] + g[2, 0] * v[i2, k]
+            side[9 + k] = g[0, 1] * v[i0, k] + g[1, 1] * v[i1, k] + g[2, 1] * v[i2, k]
+        side[12] = 0.5 * (side[0] * side[0] + side[1] * side[1] + side[2] * side[2] - 1.0)
+        side[13] = 0.5 * (side[3] * side[3] + side[4] * side[4] + side[5] * side[5] - 1.0)
+        side[14] = side[0] * side[3] + side[1] * side[4] + side[2] * side[5]
+        side[15] = side[0] * side[6] + side[1] * side[7] + side[2] * side[8]
+        side[16] = side[3] * side[9] + side[4] * side[10] + side[5] * side[11]
+        side[17] = side[0] * side[9] + side[1] * side[10] + side[2] * side[11]
+        side[17] += side[6] * side[3] + side[7] * side[4] + side[8] * side[5]
+        for c in range(3):
+            i = net.faces[f, c]
+            share = cloth.area[p, f] / (3.0 * vertex_area[i])
+            for k in range(6):
+                strain[i, k] += share * side[12 + k]
+    for i in range(len(x)):
+        _stress(strain[i], law, s, stress[i])
+    own = np.empty(3)
+    for f in range(len(net.faces)):
+        i0, i1, i2 = net.faces[f, 0], net.faces[f, 1], net.faces[f, 2]
+        g = cloth.gradient[p, f]
+        area = cloth.area[p, f]
+        side = sides[f]
+        fux, fuy, fuz, fvx, fvy, fvz = side[0], side[1], side[2], side[3], side[4], side[5]
+        _stress(side[12:18], law, s, own)
+        suu = (1.0 - OWN_SHARE) / 3.0 * (stress[i0, 0] + stress[i1, 0] + stress[i2, 0]) + OWN_SHARE * own[0]
+        svv = (1.0 - OWN_SHARE) / 3.0 * (stress[i0, 1] + stress[i1, 1] + stress[i2, 1]) + OWN_SHARE * own[1]
+        suv = (1.0 - OWN_SHARE) / 3.0 * (stress[i0, 2] + stress[i1, 2] + stress[i2, 2]) + OWN_SHARE * own[2]
+        pux, puy, puz = fux * suu + fvx * suv, fuy * suu + fvy * suv, fuz * suu + fvz * suv
+        pvx, pvy, pvz = fux * suv + fvx * svv, fuy * suv + fvy * svv, fuz * suv + fvz * svv
+        qx = qy = qz = 0.0  # what every corner gets alike
+        if airy or added != 0.0:
+            nx, ny, nz = fuy * fvz - fuz * fvy, fuz * fvx - fux * fvz, fux * fvy - fuy * fvx
+            size = 1.0 / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+            nx, ny, nz = nx * size, ny * size, nz * size
+            if airy:
+                wx = (v[i0, 0] + v[i1, 0] + v[i2, 0]) / 3.0 - s[WIND_X]
+                wy = (v[i0, 1] + v[i1, 1] + v[i2, 1]) / 3.0 - s[WIND_X + 1]
+                wz = (v[i0, 2] + v[i1, 2] + v[i2, 2]) / 3.0 - s[WIND_X + 2]
+                through = wx * nx + wy * ny + wz * nz
+                tx, ty, tz = wx - through * nx, wy - through * ny, wz - through * nz
+                push = s[AIR_NORMAL] * abs(through) * through * area / 3.0
+                skin = s[AIR_SKIN] * np.sqrt(tx * tx + ty * ty + tz * tz) * area / 3.0
+                qx, qy, qz = push * nx + skin * tx, push * ny + skin * ty, push * nz + skin * tz
+            if added != 0.0:
+                ax = (acc[i0, 0] + acc[i1, 0] + acc[i2, 0]) / 3.0
+                ay = (acc[i0, 1] + acc[i1, 1] + acc[i2, 1]) / 3.0
+                az = (acc[i0, 2] + acc[i1, 2] + acc[i2, 2]) / 3.0
+                push = added * area / 3.0 * (ax * nx + ay * ny + az * nz)
+                qx, qy, qz = qx + push * nx, qy + push * ny, qz + push * nz
+        for c in range(3):
+            i = net.faces[f, c]
+            gu, gv = area * g[c, 0], area * g[c, 1]
+            out[i, 0] += gu * pux + gv * pvx + qx
+            out[i, 1] += gu * puy + gv * pvy + qy
+            out[i, 2] += gu * puz + gv * pvz + qz
+    # ------------------------------------------------------------------ stencils: bending
+    for c in range(len(net.first) - 1):
+        begin, end = net.first[c], net.first[c + 1]
+        bend = cloth.bend[p, c]
+        curl = cloth.curl[p, c]
+        shaped = s[HYSTERESIS] != 0.0
+        for k in range(3):
+            shaped = shaped or curl[k] != 0.0 or crease[c, k] != 0.0
+        nx = ny = nz = 0.0
+        if shaped:
+            ux = uy = uz = vx = vy = vz = 0.0
+            for a in range(begin, end):
+                i = net.node[a]
+                ux += net.slope[a, 0] * x[i, 0]
+                uy += net.slope[a, 0] * x[i, 1]
+                uz += net.slope[a, 0] * x[i, 2]
+                vx += net.slope[a, 1] * x[i, 0]
+                vy += net.slope[a, 1] * x[i, 1]
+                vz += net.slope[a, 1] * x[i, 2]
+            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+            size = 1.0 / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+            nx, ny, nz = nx * size, ny * size, nz * size
+        for k in range(3):
+            if bend[k] == 0.0:
+                continue
+            kx = ky = kz = 0.0
+            ex = ey = ez = 0.0
+            for a in range(begin, end):
+                i = net.node[a]
+                w = net.second[a, k]
+                kx += w * x[i, 0]
+                ky += w * x[i, 1]
+                kz += w * x[i, 2]
+                ex += w * v[i, 0]
+                ey += w * v[i, 1]
+                ez += w * v[i, 2]
+            mx, my, mz = bend[k] * (kx + tau * ex), bend[k] * (ky + tau * ey), bend[k] * (kz + tau * ez)
+            if shaped:
+                bent = kx * nx + ky * ny + kz * nz
+                extra = -bend[k] * (curl[k] + crease[c, k])
+                if s[HYSTERESIS] != 0.0:
+                    change = bent - curvature[c, k]
+                    turned = (moment[c, k] + change) / (1.0 + abs(change) / DAHL_1_M)
+                    extra += s[HYSTERESIS] * (2.0 if k == 2 else 1.0) * cloth.bend_area[p, c] * turned / DAHL_1_M
+                mx, my, mz = mx + extra * nx, my + extra * ny, mz + extra * nz
+            for a in range(begin, end):
+                i = net.node[a]
+                w = net.second[a, k]
+                out[i, 0] += w * mx
+                out[i, 1] += w * my
+                out[i, 2] += w * mz
+    # ------------------------------------------------------------------ vertices: table, grips
+    if not np.isnan(s[TABLE_Z]):
+        for i in range(len(x)):
+            gap = x[i, 2] - s[TABLE_Z]
+            if gap < CLING_M:
+                press = max(-gap, 0.0) * CONTACT_N_M3 * vertex_area[i]
+                cling = s[ADHESION] * vertex_area[i] * min(1.0, 1.0 - gap / CLING_M)
+                out[i, 2] -= press - cling
+                if press > 0.0:
+                    vx, vy = v[i, 0], v[i, 1]
+                    square = vx * vx + vy * vy
+                    grow = press / np.sqrt(square + sliding * sliding)
+                    if s[STICTION] != 1.0:
+                        grow *= 1.0 + (s[STICTION] - 1.0) * np.exp(-square / STRIBECK_M_S**2)
+                    out[i, 0] += s[FRICTION_X] * grow * vx
+                    out[i, 1] += s[FRICTION_Y] * grow * vy
+    stiffness = 1.0 / (GRIP_M_N + s[COMPLIANCE])
+    for h in range(len(net.held)):
+        if held_on[h]:
+            i = net.held[h]
+            for k in range(3):
+                out[i, k] += stiffness * (x[i, k] - target[h, k])
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
+def _add(band, i, j, value):
+    """Add an entry of the lower triangle, matrix indices i >= j."""
+    band[j, i - j] += value
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
+def _add_block(band, i, j, block):
+    """Add `block` (3, 3) at vertices i, j, if it belongs to the lower triangle."""
+    if i < j:
+        return
+    for a in range(3):
+        for b in range(3):
+            if i > j or a >= b:
+                band[3 * j + b, 3 * (i - j) + a - b] += block[a, b]
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
+def _tangent(strain, law, s, rate, out):
+    """Derivative (3, 3) of the stress over the strain, where strain rates grow with it at `rate`."""
+    stiff = 1.0
+    out[:] = 0.0
+    if s[STIFFENING] != 0.0:
+        suu, svv, suv = (
+            law[0] * strain[0] + law[2] * strain[1],
+            law[1] * strain[1] + law[2] * strain[0],
+            law[3] * strain[2],
+        )
+        mean = np.sqrt(max((suu * strain[0] + svv * strain[1] + suv * strain[2]) / s[MODULUS], 0.0))
+        stiff += s[STIFFENING] * mean
+        grow = s[STIFFENING] / (max(mean, 1e-6) * s[MODULUS])
+        all_ = (suu, svv, suv)
+        for a in range(3):
+            for b in range(3):
+                out[a, b] = grow * all_[a] * all_[b]
+    stiff += s[DAMPING] * rate
+    out[0, 0] += stiff * law[0]
+    out[1, 1] += stiff * law[1]
+    out[2, 2] += stiff * law[3]
+    out[0, 1] += stiff * law[2]
+    out[1, 0] += stiff * law[2]
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
+def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, held_on, tension_only, band):
+    """Derivative of `residual` of the base over x, where velocity = rate x + ..., acceleration = mass_rate x + ...; into `band`.
+
+    With `tension_only` compressed faces keep no geometric part, which makes the matrix positive definite.
+    """
+    s = cloth.scalar[0]
+    tau = s[DAMPING]
+    visco = 1.0 + tau * rate
+    band[:] = 0.0
+    block = np.empty((3, 3))
+    strain = np.empty((3, 3, 3))  # (corner, strain, axis)
+    for i in range(len(x)):
+        for k in range(3):
+            band[3 * i + k, 0] += mass_rate * cloth.mass[0, i]
+    airy = s[AIR_NORMAL] != 0.0 or s[AIR_SKIN] != 0.0
+    added = s[ADDED_MASS]
+    both = np.empty((3, 3))
+    law = cloth.law[0]
+    sides, mean, stress = memory_of(x, net)
+    for f in range(len(net.faces)):
+        g = cloth.gradient[0, f]
+        side = sides[f]
+        side[:12] = 0.0
+        for c in range(3):
+            i = net.faces[f, c]
+            for k in range(3):
+                side[k] += g[c, 0] * x[i, k]
+                side[3 + k] += g[c, 1] * x[i, k]
+                side[6 + k] += g[c, 0] * v[i, k]
+                side[9 + k] += g[c, 1] * v[i, k]
+        side[12] = 0.5 * (side[0] * side[0] + side[1] * side[1] + side[2] * side[2] - 1.0)
+        side[13] = 0.5 * (side[3] * side[3] + side[4] * side[4] + side[5] * side[5] - 1.0)
+        side[14] = side[0] * side[3] + side[1] * side[4] + side[2] * side[5]
+        side[15] = side[0] * side[6] + side[1] * side[7] + side[2] * side[8]
+        side[16] = side[3] * side[9] + side[4] * side[10] + side[5] * side[11]
+        side[17] = side[0] * side[9] + side[1] * side[10] + side[2] * side[11]
+        side[17] += side[6] * side[3] + side[7] * side[4] + side[8] * side[5]
+        for c in range(3):
+            i = net.faces[f, c]
+            share = cloth.area[0, f] / (3.0 * cloth.vertex_area[0, i])
+            for k in range(6):
+                mean[i, k] += share * side[12 + k]
+    tangent = np.empty((3, 3))
+    ring = np.empty((MOST_RING, 3, 3))  # (node, strain, axis)
+    for i in range(len(x)):
+        _stress(mean[i], law, s, stress[i])
+        _tangent(mean[i], law, s, rate, tangent)
+        begin, count = net.ring_first[i], net.ring_first[i + 1] - net.ring_first[i]
+        ring[:count] = 0.0
+        for e in range(net.star_first[i], net.star_first[i + 1]):
+            f = net.star_face[e]
+            share = cloth.area[0, f] / (3.0 * cloth.vertex_area[0, i])
+            side, g = sides[f], cloth.gradient[0, f]
+            for c in range(3):
+                a = net.star_local[e, c]
+                for k in range(3):
+                    ring[a, 0, k] += share * g[c, 0] * side[k]
+                    ring[a, 1, k] += share * g[c, 1] * side[3 + k]
+                    ring[a, 2, k] += share * (g[c, 0] * side[3 + k] + g[c, 1] * side[k])
+        weight = (1.0 - OWN_SHARE) * cloth.vertex_area[0, i]
+        for a in range(count):
+            ia = net.ring_node[begin + a]
+            for k in range(3):
+                left0 = tangent[0, 0] * ring[a, 0, k] + tangent[0, 1] * ring[a, 1, k] + tangent[0, 2] * ring[a, 2, k]
+                left1 = tangent[1, 0] * ring[a, 0, k] + tangent[1, 1] * ring[a, 1, k] + tangent[1, 2] * ring[a, 2, k]
+                left2 = tangent[2, 0] * ring[a, 0, k] + tangent[2, 1] * ring[a, 1, k] + tangent[2, 2] * ring[a, 2, k]
+                strain[0, 0, k], strain[0, 1, k], strain[0, 2, k] = weight * left0, weight * left1, weight * left2
+            for b in range(count):
+                ib = net.ring_node[begin + b]
+                if ia < ib:
+                    continue
+                for k in range(3):
+                    for d in range(3):
+                        if ia > ib or k >= d:
+                            band[3 * ib + d, 3 * (ia - ib) + k - d] += (
+                                strain[0, 0, k] * ring[b, 0, d]
+                                + strain[0, 1, k] * ring[b, 1, d]
+                                + strain[0, 2, k] * ring[b, 2, d]
+                            )
+    own = np.empty(3)
+    for f in range(len(net.faces)):
+        g = cloth.gradient[0, f]
+        area = cloth.area[0, f]
+        side = sides[f]
+        fu, fv = side[0:3], side[3:6]
+        _stress(side[12:18], law, s, own)
+        _tangent(side[12:18], law, s, rate, tangent)
+        i0, i1, i2 = net.faces[f, 0], net.faces[f, 1], net.faces[f, 2]
+        suu = (1.0 - OWN_SHARE) / 3.0 * (stress[i0, 0] + stress[i1, 0] + stress[i2, 0]) + OWN_SHARE * own[0]
+        svv = (1.0 - OWN_SHARE) / 3.0 * (stress[i0, 1] + stress[i1, 1] + stress[i2, 1]) + OWN_SHARE * own[1]
+        suv = (1.0 - OWN_SHARE) / 3.0 * (stress[i0, 2] + stress[i1, 2] + stress[i2, 2]) + OWN_SHARE * own[2]
+        if tension_only:
+            middle, half = 0.5 * (suu + svv), 0.5 * (suu - svv)
+            radius = np.sqrt(half * half + suv * suv)
+            high, low = middle + radius, middle - radius
+            if low < 0.0:
+                if high <= 0.0:
+                    suu = svv = suv = 0.0
+                else:  # the part of the positive principal stress
+                    share = high / max(2.0 * radius, 1e-30)
+                    suu, svv, suv = share * (half + radius), share * (radius - half), share * suv
+        for c in range(3):
+            for k in range(3):
+                strain[c, 0, k] = g[c, 0] * fu[k]
+                strain[c, 1, k] = g[c, 1] * fv[k]
+                strain[c, 2, k] = g[c, 0] * fv[k] + g[c, 1] * fu[k]
+        if airy or added != 0.0:
+            nx, ny, nz = fu[1] * fv[2] - fu[2] * fv[1], fu[2] * fv[0] - fu[0] * fv[2], fu[0] * fv[1] - fu[1] * fv[0]
+            size = 1.0 / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+            normal = (nx * size, ny * size, nz * size)
+            through, square = 0.0, 0.0
+            for k in range(3):
+                w = (v[net.faces[f, 0], k] + v[net.faces[f, 1], k] + v[net.faces[f, 2], k]) / 3.0 - s[WIND_X + k]
+                through += w * normal[k]
+                square += w * w
+            speed = np.sqrt(max(square - through * through, 0.0))
+            across = area / 9.0 * (2.0 * s[AIR_NORMAL] * abs(through) * rate + added * mass_rate)
+            along = area / 9.0 * s[AIR_SKIN] * speed * rate
+            for a in range(3):
+                for b in range(3):
+                    both[a, b] = (across - along) * normal[a] * normal[b] + (along if a == b else 0.0)
+        for ci in range(3):
+            i = net.faces[f, ci]
+            for cj in range(3):
+                j = net.faces[f, cj]
+                if i < j:
+                    continue
+                weight = area * (
+                    g[ci, 0] * (suu * g[cj, 0] + suv * g[cj, 1]) + g[ci, 1] * (suv * g[cj, 0] + svv * g[cj, 1])
+                )
+                for a in range(3):
+                    left0 = left1 = left2 = 0.0
+                    for d in range(3):
+                        left0 += strain[ci, d, a] * tangent[d, 0]
+                        left1 += strain[ci, d, a] * tangent[d, 1]
+                        left2 += strain[ci, d, a] * tangent[d, 2]
+                    for b in range(3):
+                        block[a, b] = (
+                            OWN_SHARE
+                            * area
+                            * (left0 * strain[cj, 0, b] + left1 * strain[cj, 1, b] + left2 * strain[cj, 2, b])
+                        )
+                    block[a, a] += weight
+                if airy or added != 0.0:
+                    for a in range(3):
+                        for b in range(3):
+                            block[a, b] += both[a, b]
+                _add_block(band, i, j, block)
+    for c in range(len(net.first) - 1):
+        begin, end = net.first[c], net.first[c + 1]
+        hyst = s[HYSTERESIS] != 0.0
+        nx = ny = nz = 0.0
+        if hyst:
+            ux = uy = uz = vx = vy = vz = 0.0
+            for a in range(begin, end):
+                i = net.node[a]
+                ux += net.slope[a, 0] * x[i, 0]
+                uy += net.slope[a, 0] * x[i, 1]
+                uz += net.slope[a, 0] * x[i, 2]
+                vx += net.slope[a, 1] * x[i, 0]
+                vy += net.slope[a, 1] * x[i, 1]
+                vz += net.slope[a, 1] * x[i, 2]
+            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+            size = 1.0 / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+            nx, ny, nz = nx * size, ny * size, nz * size
+        for k in range(3):
+            bend = visco * cloth.bend[0, c, k]
+            if bend == 0.0:
+                continue
+            friction = 0.0
+            if hyst:
+                bent = 0.0
+                for a in range(begin, end):
+                    i = net.node[a]
+                    bent += net.second[a, k] * (x[i, 0] * nx + x[i, 1] * ny + x[i, 2] * nz)
+                change = abs(bent - curvature[c, k])
+                # slope of the Dahl update: 1 - sign z / kappa_c at small steps, falling as the moment saturates
+                sign = 1.0 if bent >= curvature[c, k] else -1.0
+                grow = (1.0 - sign * moment[c, k] / DAHL_1_M) / (1.0 + change / DAHL_1_M) ** 2
+                friction = max(grow, 0.0) * s[HYSTERESIS] * (2.0 if k == 2 else 1.0) * cloth.bend_area[0, c] / DAHL_1_M
+            for a in range(begin, end):
+                i = net.node[a]
+                wa = net.second[a, k]
+                for b in range(begin, end):
+                    j = net.node[b]
+                    if i < j:
+                        continue
+                    ww = wa * net.second[b, k]
+                    value = bend * ww
+                    for d in range(3):
+                        _add(band, 3 * i + d, 3 * j + d, value)
+                    if friction != 0.0:
+                        ww *= friction
+                        block[0, 0], block[1, 1], block[2, 2] = ww * nx * nx, ww * ny * ny, ww * nz * nz
+                        block[0, 1] = block[1, 0] = ww * nx * ny
+                        block[0, 2] = block[2, 0] = ww * nx * nz
+                        block[1, 2] = block[2, 1] = ww * ny * nz
+                        _add_block(band, i, j, block)
+    if not np.isnan(s[TABLE_Z]):
+        for i in range(len(x)):
+            gap = x[i, 2] - s[TABLE_Z]
+            if gap < 0.0:
+                area = cloth.vertex_area[0, i]
+                band[3 * i + 2, 0] += CONTACT_N_M3 * area
+                press = -gap * CONTACT_N_M3 * area
+                square = v[i, 0] * v[i, 0] + v[i, 1] * v[i, 1]
+                grow = press / np.sqrt(square + sliding * sliding) * rate
+                if s[STICTION] != 1.0:
+                    grow *= 1.0 + (s[STICTION] - 1.0) * np.exp(-square / STRIBECK_M_S**2)
+                band[3 * i, 0] += s[FRICTION_X] * grow
+                band[3 * i + 1, 0] += s[FRICTION_Y] * grow
+    stiffness = 1.0 / (GRIP_M_N + s[COMPLIANCE])
+    for h in range(len(net.held)):
+        if held_on[h]:
+            for k in range(3):
+                band[3 * net.held[h] + k, 0] += stiffness

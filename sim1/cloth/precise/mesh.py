@@ -1,0 +1,202 @@
+"""A flat rest mesh, its curvature stencils, its refinement, and points on it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+from scipy.spatial import cKDTree
+
+from sim1.stage import BadInput
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stencils:
+    """Weights that give second and first derivatives of the shape over the material, C stencils of n nodes in all."""
+
+    first: np.ndarray  # (C + 1,) where the nodes of each start
+    node: np.ndarray  # (n,)
+    second: np.ndarray  # (n, 3) of d2/du2, d2/dv2, d2/dudv [1/m^2]
+    slope: np.ndarray  # (n, 2) of d/du, d/dv [1/m]
+    centre: np.ndarray  # (C,) vertex in the middle
+    area_m2: np.ndarray  # (C,) whose bending each stands for
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sheet:
+    """A flat rest mesh: V vertices, F faces."""
+
+    material_m: np.ndarray  # (V, 2) material coordinates, u along the warp
+    faces: np.ndarray  # (F, 3)
+
+    @cached_property
+    def face_area_m2(self) -> np.ndarray:
+        """Rest area of each face, (F,).
+
+        Raises:
+            BadInput: a face without area, or material coordinates that overlap.
+        """
+        a, b, c = (self.material_m[self.faces[:, k]] for k in range(3))
+        area = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+        if (np.abs(area) < 1e-10).any() or ((area > 0).any() and (area < 0).any()):
+            face = int(np.argmin(np.abs(area)))
+            raise BadInput(f"rest mesh: material coordinates overlap or face {face} has no area ({area[face]:.1e} m^2)")
+        return np.abs(area)
+
+    @cached_property
+    def gradients(self) -> np.ndarray:
+        """Derivatives of the three linear shape functions of each face over (u, v), (F, 3, 2), 1/m."""
+        corner = self.material_m[self.faces]
+        edges = np.stack([corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]], axis=-1)
+        inverse = np.linalg.inv(edges)
+        return np.concatenate([-inverse.sum(1, keepdims=True), inverse], axis=1)
+
+    @cached_property
+    def vertex_area_m2(self) -> np.ndarray:
+        """A third of the faces around each vertex, (V,)."""
+        return np.bincount(self.faces.ravel(), np.repeat(self.face_area_m2 / 3, 3), minlength=len(self.material_m))
+
+    @cached_property
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Edges (E, 2) and how many faces use each, (E,)."""
+        ends = np.sort(np.concatenate([self.faces[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)
+        return np.unique(ends, axis=0, return_counts=True)
+
+    @cached_property
+    def stars(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Faces around each vertex: first (V + 1,), face (3F,), corners' places in the ring (3F, 3); rings: first (V + 1,), node."""
+        around: list[list[int]] = [[] for _ in range(len(self.material_m))]
+        for f, face in enumerate(self.faces):
+            for vertex in face:
+                around[vertex].append(f)
+        rings = [np.unique(self.faces[faces]) for faces in around]
+        local = [np.searchsorted(ring, self.faces[faces]) for ring, faces in zip(rings, around, strict=True)]
+        return (
+            np.concatenate([[0], np.cumsum([len(faces) for faces in around])]),
+            np.concatenate([np.array(faces) for faces in around]),
+            np.concatenate(local),
+            np.concatenate([[0], np.cumsum([len(ring) for ring in rings])]),
+            np.concatenate(rings),
+        )
+
+    @cached_property
+    def stencils(self) -> Stencils:
+        """A stencil around every inner vertex; a border vertex' area counts with the nearest of them.
+
+        Raises:
+            BadInput: a mesh too small to bend.
+        """
+        count = len(self.material_m)
+        edges, uses = self.edges
+        inner = np.setdiff1d(np.unique(self.faces), edges[uses == 1])
+        if len(inner) == 0:
+            raise BadInput(f"rest mesh: none of its {count} vertices lies inside; give a mesh of 4 x 4 or more")
+        tree = cKDTree(self.material_m)
+        neighbours: list[list[int]] = [[] for _ in range(count)]
+        for a, b in edges:
+            neighbours[a].append(b)
+            neighbours[b].append(a)
+        fits = {}
+        for vertex in inner:
+            near = np.array(sorted([vertex, *neighbours[vertex]]))
+            fit = _derivatives(self.material_m[near] - self.material_m[vertex])
+            if fit is None:  # too few neighbours: those around the corner as well
+                reach = np.linalg.norm(self.material_m[near] - self.material_m[vertex], axis=1).max()
+                near = np.array(sorted(tree.query_ball_point(self.material_m[vertex], 1.5 * reach)))
+                fit = _derivatives(self.material_m[near] - self.material_m[vertex])
+            if fit is not None:
+                fits[int(vertex)] = near, fit
+        if not fits:
+            raise BadInput("rest mesh: no vertex has enough neighbours to bend; give a mesh of 4 x 4 vertices or more")
+        centres = np.array(list(fits))
+        owner = centres[cKDTree(self.material_m[centres]).query(self.material_m)[1]]
+        for vertex in np.setdiff1d(np.arange(count), np.concatenate([near for near, _ in fits.values()])):
+            centre = int(owner[vertex])  # a corner that no inner vertex touches would flap for free
+            near = np.union1d(fits[centre][0], [vertex])
+            fits[centre] = near, _derivatives(self.material_m[near] - self.material_m[centre])
+        area = np.bincount(owner, self.vertex_area_m2, minlength=count)
+        return Stencils(
+            first=np.concatenate([[0], np.cumsum([len(near) for near, _ in fits.values()])]),
+            node=np.concatenate([near for near, _ in fits.values()]),
+            second=np.concatenate([fit[2:].T for _, fit in fits.values()]),
+            slope=np.concatenate([fit[:2].T for _, fit in fits.values()]),
+            centre=centres,
+            area_m2=area[centres],
+        )
+
+
+def _derivatives(offset_m: np.ndarray) -> np.ndarray | None:
+    """Least-squares weights (5, n) of d/du, d/dv, d2/du2, d2/dv2, d2/dudv at n offsets; None if undetermined."""
+    size = np.abs(offset_m).max()
+    u, v = (offset_m / size).T
+    basis = np.stack([np.ones_like(u), u, v, u * u / 2, v * v / 2, u * v], axis=1)
+    if len(basis) < 6 or np.linalg.cond(basis) > 1e3:
+        return None
+    return np.linalg.pinv(basis)[1:] / np.array([size, size, size**2, size**2, size**2])[:, None]
+
+
+def narrow(sheet: Sheet) -> np.ndarray:
+    """An order (V,) of the vertices in which neighbours lie close together: the better of the mesh's own and Cuthill-McKee's."""
+    count = len(sheet.material_m)
+    stencils = sheet.stencils
+    row = np.repeat(np.arange(len(stencils.centre)), np.diff(stencils.first))
+    touch = coo_array((np.ones(len(row)), (row, stencils.node)), (len(stencils.centre), count)).tocsr()
+    corner = np.repeat(np.arange(len(sheet.faces)), 3)
+    face = coo_array((np.ones(len(corner)), (corner, sheet.faces.ravel())), (len(sheet.faces), count)).tocsr()
+    near = (face.T @ face).tocsr()  # vertices that share a face
+    coupled = (touch.T @ touch + near @ near).tocsr()
+    u, v = sheet.material_m.T
+    orders = [np.arange(count), np.lexsort((u, v)), np.lexsort((v, u)), reverse_cuthill_mckee(coupled, True)]
+
+    def width(order: np.ndarray) -> int:
+        place = np.empty(count, int)
+        place[order] = np.arange(count)
+        entries = coupled.tocoo()
+        return int(np.abs(place[entries.row] - place[entries.col]).max())
+
+    return min(orders, key=width)
+
+
+def reordered(sheet: Sheet, order: np.ndarray) -> tuple[Sheet, np.ndarray]:
+    """The sheet with vertices in another order, and the new number (V,) of each old vertex."""
+    place = np.empty(len(order), int)
+    place[order] = np.arange(len(order))
+    return Sheet(material_m=sheet.material_m[order], faces=place[sheet.faces]), place
+
+
+def refined(sheet: Sheet) -> tuple[Sheet, np.ndarray]:
+    """The sheet with every face cut into four, and the two vertices (W, 2) between which each new vertex lies.
+
+    Vertices of the old sheet keep their numbers, and have themselves twice.
+    """
+    count = len(sheet.material_m)
+    ends = np.sort(sheet.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges, index = np.unique(ends, axis=0, return_inverse=True)
+    middle = count + index.reshape(-1, 3)
+    a, b, c = sheet.faces.T
+    ab, bc, ca = middle.T
+    faces = np.concatenate([np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    between = np.concatenate([np.repeat(np.arange(count)[:, None], 2, axis=1), edges])
+    return Sheet(material_m=sheet.material_m[between].mean(1), faces=faces), between
+
+
+def place_on(sheet: Sheet, point_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Face (n,) and barycentric coordinates (n, 3) of points in material coordinates (n, 2).
+
+    Raises:
+        BadInput: a point lies off the sheet by more than 1 % of a face.
+    """
+    corner = sheet.material_m[sheet.faces]
+    _, near = cKDTree(corner.mean(1)).query(point_m, k=min(12, len(sheet.faces)))
+    inverse = np.linalg.inv(np.stack([corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]], axis=-1))
+    local = np.einsum("nkij,nkj->nki", inverse[near], point_m[:, None] - corner[near, 0])
+    weights = np.concatenate([1 - local.sum(-1, keepdims=True), local], axis=-1)
+    best = weights.min(-1).argmax(1)
+    rows = np.arange(len(point_m))
+    chosen = weights[rows, best]
+    if (chosen.min(1) < -0.01).any():
+        row = int(chosen.min(1).argmin())
+        raise BadInput(f"point {row} at {point_m[row]} m lies off the sheet")
+    chosen = np.clip(chosen, 0, None)
+    return near[rows, best], chosen / chosen.sum(1, keepdims=True)

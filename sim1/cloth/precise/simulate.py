@@ -1,0 +1,122 @@
+"""Simulate a scene in one world, or in one and its twins."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim1.cloth.precise.march import march, rest
+from sim1.cloth.precise.scene import Scene
+from sim1.cloth.precise.world import World, pack
+
+RESTING_M_S2 = 1e-4  # nothing accelerates by more where a sheet is called at rest
+NEWTON_M = 1e-8  # last change of a step's iteration: twins are told from the base by micrometres
+ROUNDS = 2  # of the twins' iteration with the base's factor
+
+
+class NotConverged(RuntimeError):
+    """No rest or no next state was found: a material or a motion that the sheet cannot follow."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """What a simulation gives: base first, then twins."""
+
+    markers_m: np.ndarray  # (P, N, M, 3) at the frames of the recording, as the cameras report them
+    shapes_m: np.ndarray  # (T, V, 3) of the base at the steps
+    pull_n: np.ndarray  # (T, M, 3) forces that pulled the base's markers
+    rest_m: np.ndarray  # (V, 3) of the base
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pull:
+    """Springs and dampers between markers and goals at the steps of a scene (NaN: none)."""
+
+    stiffness_n_m: float
+    damping_n_s_m: float
+    goal_m: np.ndarray  # (T, M, 3)
+    goal_m_s: np.ndarray  # (T, M, 3)
+
+
+def simulate(
+    scene: Scene, worlds: list[World], *, near: np.ndarray | None = None, pull: Pull | None = None, halvings: int = 2
+) -> Run:
+    """Follow the drives from rest (or from the recording's own start) in the first world; the others are its twins.
+
+    Twins differ little from the base: they are linear answers to a change. `near` (V, 3) is a shape close to the base's rest.
+
+    Raises:
+        NotConverged: no rest, or no next state even with the step halved `halvings` times.
+    """
+    size = np.bincount(scene.net.grip).mean() if len(scene.net.grip) else 1.0
+    cloth = pack(scene.sheet, worlds, size)
+    count, steps = len(worlds), len(scene.time_s)
+    paths = np.ascontiguousarray(np.stack([scene.paths(world) for world in worlds]))
+    turns = np.stack([grip.turn for grip in scene.grips], axis=1) if scene.grips else np.zeros((steps, 0, 3, 3))
+    held_on = np.stack([grip.active for grip in scene.grips], axis=1) if scene.grips else np.zeros((steps, 0), bool)
+    held_on = np.ascontiguousarray(held_on[:, scene.net.grip])
+    x0 = np.repeat((scene.start if near is None else near)[None], count, axis=0)
+    v0 = np.zeros_like(x0)
+    if scene.start_velocity is None:
+        _place_held(x0[0], scene, paths[0, 0], held_on[0])
+        if not rest(x0, scene.net, cloth, np.ascontiguousarray(paths[:, 0]), turns[0], held_on[0], RESTING_M_S2):
+            raise NotConverged(f"recording {scene.name}: the sheet finds no rest at the start")
+    else:
+        v0[:] = scene.start_velocity
+    for halving in range(halvings + 1):
+        result = _march(scene, cloth, x0, v0, paths, turns, held_on, pull, 2**halving)
+        if not isinstance(result, int):
+            shapes, markers, forces = result
+            reported = np.stack([scene.observed(path, world) for path, world in zip(markers, worlds, strict=True)])
+            return Run(markers_m=reported, shapes_m=shapes, pull_n=forces, rest_m=x0[0])
+    at = scene.time_s[0] + result * scene.step_s / 2**halvings
+    raise NotConverged(f"recording {scene.name}: no next state at {at:.3f} s; does a drive jump there?")
+
+
+def _place_held(x: np.ndarray, scene: Scene, target: np.ndarray, held_on: np.ndarray) -> None:
+    x[scene.net.held[held_on]] = target[held_on]
+
+
+def _march(scene: Scene, cloth, x0, v0, paths, turns, held_on, pull: Pull | None, parts: int):
+    """March with the step cut into `parts`; the step that failed, or shapes, markers and forces at the scene's steps."""
+    count, steps, markers = x0.shape[0], len(scene.time_s), len(scene.net.marker_node)
+    cloth, paths = type(cloth)(*(part.copy() for part in cloth)), paths.copy()  # twins are brought nearer in place
+    goal = np.full((steps, markers, 3), np.nan)
+    goals, speeds, gains = goal, goal, np.zeros(2)
+    if pull is not None:
+        goals, speeds, gains = pull.goal_m, pull.goal_m_s, np.array([pull.stiffness_n_m, pull.damping_n_s_m])
+    if parts > 1:
+        fine = np.arange(parts * (steps - 1) + 1) / parts
+        paths, turns = _between(paths, fine, 1), _between(turns, fine, 0)
+        held_on = held_on[np.round(fine).astype(int)]
+        goals, speeds = _between(goals, fine, 0), _between(speeds, fine, 0)
+    total = paths.shape[1]
+    shapes = np.empty((total, *x0.shape[1:]))
+    seen, forces = np.empty((count, total, markers, 3)), np.zeros((total, markers, 3))
+    failed = march(
+        x0,
+        v0,
+        scene.step_s / parts,
+        scene.net,
+        cloth,
+        paths,
+        turns,
+        held_on,
+        ROUNDS,
+        NEWTON_M,
+        gains,
+        goals,
+        speeds,
+        shapes,
+        seen,
+        forces,
+    )
+    if failed:
+        return int(failed)
+    return shapes[::parts], seen[:, ::parts], forces[::parts]
+
+
+def _between(values: np.ndarray, at: np.ndarray, axis: int) -> np.ndarray:
+    low = np.floor(at).astype(int)
+    high = np.minimum(low + 1, values.shape[axis] - 1)
+    share = (at - low).reshape([-1 if k == axis else 1 for k in range(values.ndim)])
+    return np.ascontiguousarray(values.take(low, axis) * (1 - share) + values.take(high, axis) * share)

@@ -1,0 +1,122 @@
+"""Everything that the motion of a recorded sheet depends on, as numbers; and how it becomes arrays for the compiled loops."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim1.cloth.precise import arrays
+from sim1.cloth.precise.mesh import Sheet
+
+NEVER = 1e9  # a threshold that nothing reaches
+
+
+@dataclass(frozen=True, kw_only=True)
+class World:
+    """One set of physics, SI units. The first block is what a good cloth simulator has; the rest is absent by default."""
+
+    area_density_kg_m2: float
+    stretch_n_m: float  # Young's modulus x thickness
+    poisson: float
+    bending_n_m: float  # energy per area = B / 2 * curvature^2
+    damping_s: float  # Kelvin-Voigt time constant of stretch and bending
+    friction: float = 0.0  # of the table
+    table_z_m: float | None = None  # where the middle surface rests
+    gravity_m_s2: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    air_density_kg_m3: float = 1.2
+    places: tuple[tuple[float, ...], ...] = ()  # per grip: shift (3) [m] and turn (3) [rad] of its held vertices
+
+    air_normal: float = 0.0  # drag coefficients
+    air_skin: float = 0.0
+    wind_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    added_mass_kg_m2: float = 0.0
+    stretch_ratio: float = 1.0  # warp over weft, geometric mean kept
+    bending_ratio: float = 1.0
+    stiffening: float = 0.0  # relative growth of the modulus per strain
+    hysteresis_n: float = 0.0  # friction moment of bending per width
+    yield_1_m: float = NEVER  # curvature from which folds keep `retained` of what is beyond
+    retained: float = 0.0
+    curl_1_m: tuple[float, float] = (0.0, 0.0)  # rest curvature along u and v
+    scale: tuple[float, float] = (1.0, 1.0)  # true rest size over scanned size
+    stiff_patch: tuple[float, float, float, float] = (0.0, 0.0, 0.05, 1.0)  # centre u, v [m], radius [m], factor
+    heavy_patch: tuple[float, float, float] = (0.0, 0.0, 0.0)  # centre u, v [m], mass [kg]
+    stiction: float = 1.0  # static over sliding friction
+    friction_ratio: float = 1.0  # along x over along y, geometric mean kept
+    adhesion_pa: float = 0.0
+    slip_threshold_n: float = NEVER
+    slip_rate_m_n_s: float = 0.0
+    compliance_m_n: float = 0.0  # of each grip as a whole
+    lag_s: float = 0.0
+    clock_offset_s: float = 0.0
+    frame_shift_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    frame_turn_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    tilt_rad: tuple[float, float] = (0.0, 0.0)
+
+
+def gravity(world: World) -> np.ndarray:
+    """Gravity (3,) with the rig's tilt: Ry(tilt_y) Rx(tilt_x) g."""
+    (cx, sx), (cy, sy) = ((np.cos(a), np.sin(a)) for a in world.tilt_rad)
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    return about_y @ about_x @ np.array(world.gravity_m_s2)
+
+
+def pack(sheet: Sheet, worlds: list[World], grip_sizes: np.ndarray) -> arrays.Cloth:
+    """Arrays of P worlds on one mesh; `grip_sizes` is how many vertices a grip holds on average."""
+    rows = [_row(sheet, world, grip_sizes) for world in worlds]
+    return arrays.Cloth(*(np.ascontiguousarray(np.stack(column)) for column in zip(*rows, strict=True)))
+
+
+def _row(sheet: Sheet, world: World, grip_size: float) -> tuple[np.ndarray, ...]:
+    scale_u, scale_v = world.scale
+    grown = scale_u * scale_v
+    stencils = sheet.stencils
+    gradient = sheet.gradients / np.array([scale_u, scale_v])
+    area = sheet.face_area_m2 * grown
+    root = np.sqrt(world.stretch_ratio)
+    plane = world.stretch_n_m / (1.0 - world.poisson**2)
+    law = np.array([plane * root, plane / root, plane * world.poisson, 0.5 * plane * (1.0 - world.poisson)])
+    mass = world.area_density_kg_m2 * sheet.vertex_area_m2  # shrinking keeps the mass
+    mass = mass + _lump(sheet, world.heavy_patch)
+    turns = np.sqrt(world.bending_ratio) ** np.array([1.0, -1.0, 0.0])
+    bend = world.bending_n_m * turns * np.array([scale_u**-4, scale_v**-4, 2.0 * grown**-2])
+    soft = _patch(sheet.material_m[stencils.centre], world.stiff_patch)
+    bend_area = stencils.area_m2 * grown
+    curl = np.zeros((len(bend_area), 3))
+    curl[:, 0], curl[:, 1] = world.curl_1_m[0] * scale_u**2, world.curl_1_m[1] * scale_v**2
+    s = np.zeros(arrays.SCALARS)
+    half = 0.5 * world.air_density_kg_m3
+    root = np.sqrt(world.friction_ratio)
+    s[arrays.DAMPING] = world.damping_s
+    s[arrays.AIR_NORMAL], s[arrays.AIR_SKIN] = half * world.air_normal, half * world.air_skin
+    s[arrays.WIND_X : arrays.WIND_Z + 1] = world.wind_m_s
+    s[arrays.GRAVITY_X : arrays.GRAVITY_Z + 1] = gravity(world)
+    s[arrays.ADDED_MASS] = world.added_mass_kg_m2
+    s[arrays.TABLE_Z] = np.nan if world.table_z_m is None else world.table_z_m
+    s[arrays.FRICTION_X], s[arrays.FRICTION_Y] = world.friction * root, world.friction / root
+    s[arrays.STICTION] = world.stiction
+    s[arrays.ADHESION] = world.adhesion_pa
+    s[arrays.HYSTERESIS] = world.hysteresis_n
+    s[arrays.YIELD], s[arrays.RETAINED] = world.yield_1_m, world.retained
+    s[arrays.COMPLIANCE] = world.compliance_m_n * grip_size
+    s[arrays.SLIP_THRESHOLD], s[arrays.SLIP_RATE] = world.slip_threshold_n, world.slip_rate_m_n_s
+    s[arrays.STIFFENING], s[arrays.MODULUS] = world.stiffening, world.stretch_n_m
+    vertex_area = sheet.vertex_area_m2 * grown
+    return s, gradient, area, law, mass, vertex_area, bend[None] * (soft * bend_area)[:, None], curl, bend_area
+
+
+def _patch(point_m: np.ndarray, patch: tuple[float, float, float, float]) -> np.ndarray:
+    """Factor at points (n, 2): `factor` inside the radius, 1 outside, smooth over a quarter of the radius."""
+    u, v, radius, factor = patch
+    away = np.hypot(point_m[:, 0] - u, point_m[:, 1] - v)
+    inside = 0.5 * (1.0 - np.tanh((away - radius) / (0.25 * abs(radius) + 1e-6)))
+    return np.exp(np.log(max(factor, 1e-3)) * inside)
+
+
+def _lump(sheet: Sheet, patch: tuple[float, float, float]) -> np.ndarray:
+    """Extra mass (V,) around a place: a bell of 15 mm or one cell, whichever is wider, on the mesh."""
+    u, v, mass = patch
+    if mass == 0.0:
+        return np.zeros(len(sheet.material_m))
+    wide = max(0.015, 0.8 * np.sqrt(2 * sheet.face_area_m2.mean()))
+    bell = np.exp(-0.5 * ((sheet.material_m - np.array([u, v])) ** 2).sum(1) / wide**2) * sheet.vertex_area_m2
+    return mass * bell / max(bell.sum(), 1e-12)

@@ -1,0 +1,109 @@
+"""Recordings beside simulations: blocks of frames, their noise, and residuals in units of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim1.cloth.precise.scene import rest_until_s
+from sim1.recording.bundle import Recording
+
+BLOCK_S = (
+    0.04  # frames are averaged over this time: 25 Hz resolves what a sheet does, and the fit works on fewer numbers
+)
+MESH_SHARE = 0.4  # of what refining the mesh changed: taken as the standard deviation of what it still gets wrong
+MESH_WINDOW_S = 0.3  # over which that is averaged
+MESH_FLOOR_M = 5e-5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observed:
+    """One recording in blocks: K numbers, each the mean of a marker's coordinate over the frames of a block in which it was seen."""
+
+    name: str
+    measured_m: np.ndarray  # (K,)
+    kept: np.ndarray  # (B, M, 3) which blocks hold a number
+    starts: np.ndarray  # (B,) first frame of each block
+    weight: np.ndarray  # (N, M) 1 / frames seen in the block, 0 where not seen
+    block_s: np.ndarray  # (B,) mean time of each block
+    noise_m: float  # standard deviation of the blocks' means at rest
+    mesh_m: np.ndarray  # (K,) what the simulator's mesh is taken to get wrong
+
+    def reduce(self, markers_m: np.ndarray) -> np.ndarray:
+        """Markers (..., N, M, 3) as blocks (..., K)."""
+        total = np.add.reduceat(markers_m * self.weight[..., None], self.starts, axis=-3)
+        return total[..., self.kept]
+
+    @property
+    def sigma_m(self) -> np.ndarray:
+        """Standard deviation (K,) of measured less simulated if nothing is missing."""
+        return np.hypot(self.noise_m, self.mesh_m)
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Time (K,) of each number."""
+        return np.broadcast_to(self.block_s[:, None, None], self.kept.shape)[self.kept]
+
+    @property
+    def marker(self) -> np.ndarray:
+        """Column (K,) of the marker of each number."""
+        return np.broadcast_to(np.arange(self.kept.shape[1])[None, :, None], self.kept.shape)[self.kept]
+
+
+def observe(recording: Recording) -> Observed:
+    """Cut a recording into blocks; the noise is filled in by `measured_noise`."""
+    rate = 1.0 / float(np.median(np.diff(recording.time_s)))
+    stride = max(1, round(rate * BLOCK_S))
+    starts = np.arange(0, len(recording.time_s), stride)
+    seen = recording.seen
+    count = np.add.reduceat(seen.astype(float), starts, axis=0)
+    frames = np.diff(np.append(starts, len(seen)))
+    weight = np.where(seen, np.repeat(1.0 / np.maximum(count, 1.0), frames, axis=0), 0.0)
+    kept = np.repeat((count > 0.5 * stride)[..., None], 3, axis=2)
+    total = np.add.reduceat(np.where(seen[..., None], recording.markers_m, 0.0) * weight[..., None], starts, axis=0)
+    return Observed(
+        name=recording.name,
+        measured_m=total[kept],
+        kept=kept,
+        starts=starts,
+        weight=weight,
+        block_s=np.add.reduceat(recording.time_s, starts) / frames,
+        noise_m=0.0,
+        mesh_m=np.zeros(int(kept.sum())),
+    )
+
+
+def block_noise_m(observed: list[Observed], recordings: list[Recording]) -> float | None:
+    """Scatter of block means while nothing moves, robustly; None where nothing rests long enough."""
+    spread, freedom = [], 0
+    for one, recording in zip(observed, recordings, strict=True):
+        if recording.starts != "rest":
+            continue
+        values = np.full(one.kept.shape, np.nan)
+        values[one.kept] = one.measured_m
+        resting = values[one.block_s < rest_until_s(recording) - 0.02]
+        count = np.isfinite(resting).sum(0)
+        usable = count >= 4
+        if usable.any():
+            off = resting[:, usable] - np.nanmean(resting[:, usable], axis=0)
+            spread.append(off[np.isfinite(off)])
+            freedom += int((count[usable] - 1).sum())
+    if not spread:
+        return None
+    off = np.concatenate(spread)
+    plain = float(np.sqrt(np.square(off).sum() / freedom))
+    core = 1.4826 * float(np.median(np.abs(off))) * np.sqrt(len(off) / freedom)
+    return max(core, 0.5 * plain)
+
+
+def mesh_error(one: Observed, change_m: np.ndarray) -> np.ndarray:
+    """Standard deviation (K,) of what the mesh gets wrong, from what refining it changed at the frames (N, M, 3)."""
+    blocks = np.zeros(one.kept.shape)
+    blocks[one.kept] = one.reduce(change_m) ** 2
+    power = blocks.mean(-1)  # (B, M)
+    step = float(np.median(np.diff(one.block_s)))
+    half = max(1, round(0.5 * MESH_WINDOW_S / step))
+    padded = np.pad(power, ((half, half), (0, 0)), mode="edge")
+    window = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0).mean(-1)
+    spread = 0.5 * window + 0.5 * window.mean(1, keepdims=True)  # a marker that happens to agree is no better known
+    error = np.repeat(np.sqrt(spread)[..., None], 3, axis=2)[one.kept]
+    return np.hypot(MESH_SHARE * error, MESH_FLOOR_M)

@@ -1,0 +1,196 @@
+"""The whole diagnosis of a bundle: measure, calibrate, locate, name, model, decide."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim1.mismatch.engine import Engine
+from sim1.mismatch.fit import Fit
+from sim1.mismatch.models import Model, calibrate, extended, judged
+from sim1.mismatch.screen import Candidate
+from sim1.mismatch.search import baseline
+from sim1.recording.bundle import Bundle
+from sim1.stage import BadInput
+
+
+@dataclass(frozen=True, kw_only=True)
+class Thresholds:
+    """When a difference counts, in nats of foretold motion; calibrated on bundles with nothing missing."""
+
+    named: float = 8.0  # that an effect must gain over the baseline
+    second: float = 8.0  # that another must gain over the first
+    margin: float = 4.0  # over the runner-up
+    per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
+    explained: float = 0.5  # of the baseline's excess over noise and mesh that a named model must explain
+    misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis:
+    """What was found, before it is put into words."""
+
+    fitted: tuple[str, ...]
+    heldout: tuple[str, ...]
+    temper: float
+    noise_m: float
+    baseline: Model
+    models: tuple[Model, ...]  # every model that was fitted, best first, the baseline among them
+    chosen: Model
+    screened: tuple[Candidate, ...]
+    verdict: str
+    rivals: tuple[Model, ...]  # that explain it about as well
+    misfit: dict[str, float]  # mean squared residual of baseline and chosen on the folds not seen
+    baseline_all: Fit  # fitted to every recording, for the model files
+    chosen_all: Fit
+    rmse_m: dict[str, dict[str, float]]
+
+
+def rating(model: Model, thresholds: Thresholds) -> float:
+    """Score with the price of its coefficients; smaller is better."""
+    return model.score + thresholds.per_term * len(model.terms)
+
+
+def diagnose(
+    bundle: Bundle, *, thresholds: Thresholds = Thresholds(), progress: Callable[[float, str], None] = lambda s, w: None
+) -> Diagnosis:
+    """Diagnose a bundle.
+
+    Raises:
+        BadInput: fewer than two recordings.
+    """
+    if len(bundle.recordings) < 2:
+        raise BadInput(
+            f"bundle.yaml: {len(bundle.recordings)} recording; a diagnosis needs two or more, one of them to test what the others taught"
+        )
+    engine = Engine(bundle, noise_m=bundle.noise_std_m)
+    plain = baseline(bundle)
+    heldout = (held_out(engine),)
+    fitted = tuple(name for name in engine.names if name not in heldout)
+    progress(0.02, "calibrating the baseline")
+    base = calibrate(
+        engine,
+        plain,
+        np.zeros(plain.count),
+        fitted,
+        lambda share: progress(0.02 + 0.2 * share, "calibrating the baseline"),
+    )
+    temper = base.temper
+    singles, screened = extended(engine, base, temper, fitted, lambda s, n: progress(0.25 + 0.3 * s, f"trying {n}"))
+    pool = [judged(engine, base, temper), *singles]
+    best = min(pool, key=lambda model: rating(model, thresholds))
+    if best.terms:
+        temper = max(1.5, min(temper, _temper(engine, best.fit, fitted)))
+        pool = [judged(engine, model.fit, temper, model.variants) for model in pool]
+        # A baseline that imitates the effect is a bad place to look for a second one from: look from the best single.
+        pairs, _ = extended(
+            engine,
+            best.fit,
+            temper,
+            fitted,
+            lambda s, n: progress(0.58 + 0.2 * s, f"trying {n} beside {best.terms[0]}"),
+            most=3,
+            variants=best.variants,
+        )
+        pool += pairs
+        # Unlikely, but cheap to ask: the runner-up of the singles with the effect that would go with it.
+    progress(0.8, "comparing")
+    ranked = sorted(pool, key=lambda model: rating(model, thresholds))
+    null = next(model for model in pool if not model.terms)
+    verdict, chosen, rivals, misfit = decide(null, ranked, thresholds)
+    progress(0.85, "checking on motion held out")
+    rmse = {}
+    everything = engine.names
+    results = {}
+    for label, model in (("baseline", null), ("augmented", chosen)):
+        if label == "augmented" and chosen is null:
+            rmse[label], results[label] = rmse["baseline"], results["baseline"]
+            continue
+        world = model.fit.unknowns.world(model.fit.z)
+        markers = engine.refine(world, everything)
+        rmse[label] = {"fit": rmse_of(bundle, markers, fitted), "heldout": rmse_of(bundle, markers, heldout)}
+        results[label] = calibrate(engine, model.fit.unknowns, model.fit.z, everything, lambda s: None, passes=1)
+    return Diagnosis(
+        fitted=fitted,
+        heldout=heldout,
+        temper=temper,
+        noise_m=engine.noise_m,
+        baseline=null,
+        models=tuple(ranked),
+        chosen=chosen,
+        screened=tuple(screened),
+        verdict=verdict,
+        rivals=tuple(rivals),
+        misfit=misfit,
+        baseline_all=results["baseline"],
+        chosen_all=results["augmented"],
+        rmse_m=rmse,
+    )
+
+
+def _temper(engine: Engine, found: Fit, names: tuple[str, ...]) -> float:
+    from sim1.mismatch.fit import temper_of
+
+    return temper_of(engine, found.residuals, names)
+
+
+def held_out(engine: Engine) -> str:
+    """The recording that no fit sees: the one whose motion, by the drives alone, is most like another's."""
+    features = {}
+    for recording in engine.bundle.recordings:
+        rows = []
+        for hold in recording.holds:
+            track = recording.drives[hold.drive]
+            time = np.linspace(track.time_s[0], track.time_s[-1], 200)
+            place = np.stack([np.interp(time, track.time_s, track.position_m[:, k]) for k in range(3)], axis=1)
+            speed = np.gradient(place, time, axis=0)
+            rows.append(np.concatenate([np.std(place, axis=0), 0.2 * np.std(speed, axis=0), [0.2 * place[:, 2].min()]]))
+        features[recording.name] = np.mean(rows, axis=0)
+    names = list(features)
+    nearest = {a: min(float(np.linalg.norm(features[a] - features[b])) for b in names if b != a) for a in names}
+    return min(reversed(names), key=lambda name: nearest[name])
+
+
+def rmse_of(bundle: Bundle, markers: dict[str, np.ndarray], names: tuple[str, ...]) -> float:
+    """Root mean square difference per coordinate, m."""
+    parts = [(markers[r.name] - r.markers_m)[r.seen].ravel() for r in bundle.recordings if r.name in names]
+    return float(np.sqrt(np.square(np.concatenate(parts)).mean()))
+
+
+def mean_square(fit: Fit) -> float:
+    """Mean squared residual, gross errors capped, in units of its variance."""
+    values = np.concatenate([fit.residuals[name] for name in fit.names])
+    return float(np.mean(np.minimum(values**2, 25.0)))
+
+
+def decide(
+    null: Model, ranked: list[Model], thresholds: Thresholds
+) -> tuple[str, Model, list[Model], dict[str, float]]:
+    """Verdict, chosen model, rivals and misfits."""
+    best = ranked[0]
+    gain = {id(model): rating(null, thresholds) - rating(model, thresholds) for model in ranked}
+    before = mean_square(null.fit)
+    misfit = {"baseline": before}
+    if not best.terms or gain[id(best)] < thresholds.named:
+        misfit["chosen"] = before
+        return ("none" if before < thresholds.misfit else "unknown"), null, [], misfit
+    # The simplest model that is within reach of the best.
+    for model in ranked:
+        if model.terms and len(model.terms) < len(best.terms) and gain[id(best)] - gain[id(model)] < thresholds.second:
+            best = model
+            break
+    after = mean_square(best.fit)
+    misfit["chosen"] = after
+    floor = 1.0
+    explained = (before - after) / max(before - floor, 1e-9)
+    rivals = [
+        model
+        for model in ranked
+        if model.terms
+        and model is not best
+        and not set(best.terms) <= set(model.terms)
+        and gain[id(best)] - gain[id(model)] < thresholds.margin
+    ]
+    if after > thresholds.misfit and explained < thresholds.explained:
+        return "unknown", best, rivals, misfit
+    return ("ambiguous" if rivals else "named"), best, rivals, misfit

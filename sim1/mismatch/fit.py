@@ -1,0 +1,152 @@
+"""Fit a model to recordings: Gauss-Newton with priors and Student-t weights, slopes from twins."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.engine import Engine
+from sim1.mismatch.search import Unknowns
+
+FREEDOM = 5.0  # of the Student-t likelihood
+FARTHEST_Z = 1.5  # a step changes no coefficient by more
+CONVERGED = 0.02  # relative change of the cost per sample that ends a search
+MOST_CORRELATED_S = 0.5
+
+
+def loss(residual: np.ndarray) -> np.ndarray:
+    """Negative log likelihood of Student-t residuals, up to a constant; r^2/2 for small ones."""
+    return 0.5 * (FREEDOM + 1) * np.log1p(residual**2 / FREEDOM)
+
+
+def weights(residual: np.ndarray) -> np.ndarray:
+    """Weights of the equivalent least squares."""
+    return (FREEDOM + 1) / (FREEDOM + residual**2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """A model fitted to some recordings."""
+
+    unknowns: Unknowns
+    z: np.ndarray  # (P,)
+    names: tuple[str, ...]  # fitted
+    temper: float  # samples per independent sample
+    residuals: dict[str, np.ndarray]  # (K,)
+    slopes: dict[str, np.ndarray]  # (K, P)
+    converged: bool
+    iterations: int
+
+    @property
+    def cost(self) -> float:
+        """Negative log posterior, up to a constant."""
+        return cost_of(self.residuals, self.names, self.temper) + 0.5 * float(self.z @ self.z)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Laplace approximation (P, P)."""
+        total = np.eye(len(self.z))
+        for name in self.names:
+            j = self.slopes[name]
+            total = total + (j.T * weights(self.residuals[name])) @ j / self.temper
+        return np.linalg.inv(total)
+
+
+def cost_of(residuals: dict[str, np.ndarray], names: tuple[str, ...], temper: float) -> float:
+    """Negative log likelihood of some recordings."""
+    return sum(float(loss(residuals[name]).sum()) for name in names) / temper
+
+
+def fit(
+    engine: Engine,
+    unknowns: Unknowns,
+    z: np.ndarray,
+    names: tuple[str, ...],
+    *,
+    temper: float,
+    most: int = 8,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Fit:
+    """Search from `z` on the coarse mesh with the engine's present correction for it."""
+    low, high = unknowns.bounds()
+    z = np.clip(z, low, high)
+    residuals, slopes = engine.slopes(unknowns, z, names)
+    samples = sum(len(r) for r in residuals.values()) / temper
+    damping, converged, iteration = 0.0, False, 0
+    for iteration in range(1, most + 1):
+        progress(iteration / most)
+        normal, gradient = np.eye(len(z)) * (1.0 + damping), z.copy()
+        for name in names:
+            w = weights(residuals[name])
+            normal = normal + (slopes[name].T * w) @ slopes[name] / temper
+            gradient = gradient + slopes[name].T @ (w * residuals[name]) / temper
+        cost = cost_of(residuals, names, temper) + 0.5 * float(z @ z)
+        step = _bounded_step(normal, gradient, z, low, high)
+        largest = np.abs(step).max()
+        step *= min(1.0, FARTHEST_Z / max(largest, 1e-12))
+        better = None
+        for shrink in (1.0, 0.4, 0.1):
+            trial = np.clip(z + shrink * step, low, high)
+            try:
+                new = engine.residuals(unknowns.world(trial), names)
+            except NotConverged:
+                continue
+            trial_cost = cost_of(new, names, temper) + 0.5 * float(trial @ trial)
+            if trial_cost < cost:
+                better = trial, trial_cost
+                break
+        if better is None:
+            converged = True  # no way down along the slopes: as good as this mesh tells
+            break
+        gain = cost - better[1]
+        z = better[0]
+        residuals, slopes = engine.slopes(unknowns, z, names)
+        if gain < max(0.3, CONVERGED * 1e-2 * samples):
+            converged = True
+            break
+    return Fit(
+        unknowns=unknowns,
+        z=z,
+        names=names,
+        temper=temper,
+        residuals=residuals,
+        slopes=slopes,
+        converged=converged,
+        iterations=iteration,
+    )
+
+
+def _bounded_step(normal, gradient, z, low, high) -> np.ndarray:
+    """Newton step with coefficients that would leave their limits held there."""
+    free = np.ones(len(z), bool)
+    step = np.zeros(len(z))
+    for _ in range(len(z)):
+        step[:] = 0.0
+        step[free] = -np.linalg.solve(normal[np.ix_(free, free)], gradient[free])
+        leaves = free & (((z + step < low) & (z <= low + 1e-9)) | ((z + step > high) & (z >= high - 1e-9)))
+        if not leaves.any():
+            break
+        free &= ~leaves
+    return np.clip(z + step, low, high) - z
+
+
+def temper_of(engine: Engine, residuals: dict[str, np.ndarray], names: tuple[str, ...]) -> float:
+    """Samples per independent sample: neighbours in time and space share what the simulator gets wrong."""
+    times = []
+    for name in names:
+        one = engine.observed(name)
+        values = np.zeros(one.kept.shape)
+        values[one.kept] = np.clip(residuals[name], -4, 4)
+        seen = one.kept.astype(float)
+        power = (values**2).sum() / seen.sum()
+        step = float(np.median(np.diff(one.block_s)))
+        total = 1.0
+        for lag in range(1, int(MOST_CORRELATED_S / step)):
+            pairs = (seen[lag:] * seen[:-lag]).sum()
+            correlation = (values[lag:] * values[:-lag]).sum() / max(pairs, 1.0) / power
+            if correlation < 0.05:
+                break
+            total += 2 * correlation
+        times.append(total)
+    return float(np.mean(times))

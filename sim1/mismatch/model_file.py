@@ -1,0 +1,116 @@
+"""A fitted model as `model.yaml`, and a world back from it."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sim1.cloth.effects import Effect, effects_of
+from sim1.cloth.physics import PRIOR_FRICTION, ClothPhysics, Friction, Property
+from sim1.cloth.precise.scene import estimated_places, table_z, unknown_holds
+from sim1.cloth.precise.world import World
+from sim1.mismatch.fit import Fit
+from sim1.recording.bundle import Bundle
+
+SAMPLES = 400  # of the posterior, for intervals of what is computed from coefficients
+FABRIC = ("area_density_kg_m2", "thickness_m", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
+
+
+def physics_of(bundle: Bundle, found: Fit, *, widen: float = 1.0) -> ClothPhysics:
+    """The model file of a fit; what was not fitted keeps its prior value and has no interval.
+
+    `widen` multiplies standard deviations: what calibration runs found the Laplace intervals to lack.
+    """
+    spread = widen * np.sqrt(np.diag(found.covariance))
+    nominal = {}
+    for c, z, std in zip(found.unknowns.nominal, found.z, spread, strict=False):
+        edges = sorted((c.value(z - 1.96 * std), c.value(z + 1.96 * std)))
+        nominal[c.name] = Property(value=c.value(z), ci95=(edges[0], edges[1]))
+    values = {name: nominal.get(name, Property(value=getattr(bundle.prior, name).value)) for name in FABRIC}
+    friction = Friction()
+    if bundle.environment.table is not None:
+        table = nominal.get("friction", Property(value=bundle.environment.table.friction.value))
+        friction = Friction(table=table)
+    world = found.unknowns.world(found.z)
+    return ClothPhysics(
+        **values,
+        friction=friction,
+        effects=tuple(effect_entry(found, index, widen) for index in range(len(found.unknowns.terms))),
+        grips=_grips(bundle, world),
+    )
+
+
+def effect_entry(found: Fit, term: int, widen: float = 1.0) -> dict[str, Any]:
+    """`{name, parameters: {p: {value, ci95, unit}}}` of a term, intervals from samples of the Laplace posterior."""
+    effect: type[Effect] = found.unknowns.terms[term].effect
+    stream = np.random.default_rng(0)
+    low, high = found.unknowns.bounds()
+    draws = stream.multivariate_normal(found.z, widen**2 * found.covariance, size=SAMPLES, method="eigh")
+    draws = np.clip(draws, low, high)
+    at = effect.published(found.unknowns.world(found.z), found.unknowns.values(term, found.z))
+    sampled = [effect.published(found.unknowns.world(z), found.unknowns.values(term, z)) for z in draws]
+    parameters = {}
+    for name, value in at.items():
+        edges = np.quantile([one[name] for one in sampled], [0.025, 0.975])
+        parameters[name] = {
+            "value": float(value),
+            "ci95": [float(min(edges[0], value)), float(max(edges[1], value))],
+            "unit": effect.units()[name],
+        }
+    return {"name": effect.name, "parameters": parameters}
+
+
+def _grips(bundle: Bundle, world: World) -> tuple[dict[str, Any], ...]:
+    """Places of held vertices that nobody measured and the fit found."""
+    known = estimated_places(bundle)
+    measured = {
+        (hold.drive, tuple(int(v) for v in hold.vertices))
+        for recording in bundle.recordings
+        for hold in recording.holds
+        if hold.places_m is not None
+    }
+    found = []
+    for index, key in enumerate(unknown_holds(bundle)):
+        if key not in measured:
+            places, shift = known[key], np.array(world.places[index])
+            middle = places.mean(0)
+            moved = Rotation.from_rotvec(shift[3:]).apply(places - middle) + middle + shift[:3]
+            found.append(
+                {"drive": key[0], "vertices": list(key[1]), "places_m": [[float(x) for x in row] for row in moved]}
+            )
+    return tuple(found)
+
+
+def world_of(physics: ClothPhysics, bundle: Bundle) -> World:
+    """The world of a model file in the surroundings of a bundle."""
+    table = bundle.environment.table
+    world = World(
+        area_density_kg_m2=physics.area_density_kg_m2.value,
+        stretch_n_m=physics.stretch_n_m.value,
+        poisson=min(physics.poisson.value, 0.49),
+        bending_n_m=physics.bending_n_m.value,
+        damping_s=physics.damping_s.value,
+        friction=physics.friction.table.value if table else PRIOR_FRICTION["table"],
+        table_z_m=table_z(bundle) if table else None,
+        gravity_m_s2=tuple(bundle.environment.gravity_m_s2),
+        air_density_kg_m3=bundle.environment.air_density_kg_m3,
+        places=tuple((0.0,) * 6 for _ in unknown_holds(bundle)),
+    )
+    for effect in effects_of(physics.effects):
+        world = effect.act(world)
+    return world
+
+
+def with_grips(bundle: Bundle, physics: ClothPhysics) -> Bundle:
+    """The bundle with the places that the model file knows, where the bundle knows none."""
+    known = {(grip["drive"], tuple(grip["vertices"])): np.array(grip["places_m"]) for grip in physics.grips}
+    recordings = []
+    for recording in bundle.recordings:
+        holds = []
+        for hold in recording.holds:
+            key = (hold.drive, tuple(int(v) for v in hold.vertices))
+            places = known.get(key) if hold.places_m is None else hold.places_m
+            holds.append(replace(hold, places_m=places))
+        recordings.append(replace(recording, holds=tuple(holds)))
+    return replace(bundle, recordings=tuple(recordings))

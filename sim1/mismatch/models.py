@@ -1,0 +1,121 @@
+"""Fit the baseline to convergence, then the models that could replace it; keep them comparable."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.engine import Engine
+from sim1.mismatch.fit import Fit, fit, temper_of
+from sim1.mismatch.judge import foretold
+from sim1.mismatch.screen import Candidate, screen, site_of
+from sim1.mismatch.search import Term, Unknowns
+
+PASSES = 4  # of measuring the mesh's error anew and fitting again
+SETTLED = 0.1  # a pass that moves every coefficient by less, in prior standard deviations, ends the calibration
+SHORTLIST = 6
+WORTH = 2.0  # nats that a candidate must promise to be fitted
+LEAST_TEMPER = 1.5  # blocks that follow each other are never quite independent
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A fitted model with its score on motion that its fit has not seen."""
+
+    terms: tuple[str, ...]  # names of the effects, sorted
+    fit: Fit
+    foretold: np.ndarray  # nats lost per fold; smaller is better
+    variants: int  # starts that its shapes were chosen from
+
+    @property
+    def score(self) -> float:
+        """Negative log evidence (Laplace): the cost of the fit and the share of the prior that the data leave; smaller is better."""
+        _, size = np.linalg.slogdet(self.fit.covariance)
+        return self.fit.cost - 0.5 * float(size) + float(np.log(self.variants))
+
+
+def calibrate(
+    engine: Engine,
+    unknowns: Unknowns,
+    z: np.ndarray,
+    names: tuple[str, ...],
+    progress: Callable[[float], None],
+    passes: int = PASSES,
+) -> Fit:
+    """Fit and correct for the mesh in turn until neither moves the other."""
+    temper, found = 8.0, None
+    for number in range(passes):
+        engine.refine(unknowns.world(z), names)
+        found = fit(
+            engine, unknowns, z, names, temper=temper, progress=lambda share, n=number: progress((n + share) / passes)
+        )
+        moved = float(np.abs(found.z - z).max())
+        z, temper = found.z, max(LEAST_TEMPER, temper_of(engine, found.residuals, names))
+        if number and moved < SETTLED:
+            break
+    engine.refine(unknowns.world(z), names)
+    return fit(engine, unknowns, z, names, temper=temper, most=3)
+
+
+def judged(engine: Engine, found: Fit, temper: float, variants: int = 1) -> Model:
+    """A fit as a model among others, all with one temper."""
+    found = replace(found, temper=temper)
+    return Model(
+        terms=tuple(sorted(term.effect.name for term in found.unknowns.terms)),
+        fit=found,
+        foretold=foretold(engine, found, temper),
+        variants=variants,
+    )
+
+
+def extended(
+    engine: Engine,
+    base: Fit,
+    temper: float,
+    names: tuple[str, ...],
+    progress: Callable[[float, str], None],
+    most: int = SHORTLIST,
+    variants: int = 1,
+) -> tuple[list[Model], list[Candidate]]:
+    """`base` with each of the most promising effects added, fitted; and all candidates as screened."""
+    site = site_of(engine, base)
+    base = replace(base, temper=temper)
+    candidates = screen(engine, base, site, names)
+    worth = [c for c in candidates if c.gain > WORTH][:most]
+    models = []
+    for number, candidate in enumerate(worth):
+        progress(number / len(worth), candidate.term.effect.name)
+        model = _fitted(
+            engine,
+            base,
+            (*base.unknowns.terms, candidate.term),
+            candidate.start,
+            temper,
+            names,
+            variants * candidate.variants,
+        )
+        if model is not None:
+            models.append(model)
+    return models, candidates
+
+
+def _fitted(
+    engine: Engine,
+    base: Fit,
+    terms: tuple[Term, ...],
+    start: np.ndarray,
+    temper: float,
+    names: tuple[str, ...],
+    variants: int,
+) -> Model | None:
+    unknowns = base.unknowns.with_terms(*terms)
+    for share in (1.0, 0.3, 0.05):  # a linear forecast may promise more than the sheet can follow
+        z = np.concatenate([base.z, np.zeros(unknowns.count - len(base.z))])
+        try:
+            return judged(
+                engine, fit(engine, unknowns, z + share * (start - z), names, temper=temper), temper, variants
+            )
+        except NotConverged:
+            continue
+    return None

@@ -1,0 +1,122 @@
+"""Shortlist missing physics: the fingerprint of every effect, with what the baseline could imitate of it taken out.
+
+Rao's score test for an omitted term: one twin per candidate tells how every marker would move; the gain of adding it, to second
+order and with all other coefficients free to adjust, needs no further simulation. It only shortlists.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim1.cloth.effects import EFFECTS, Effect, Site
+from sim1.mismatch.engine import TWIN_Z, Engine
+from sim1.mismatch.fit import Fit, _bounded_step, weights
+from sim1.mismatch.search import Term
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """A term that could be added, and what that is expected to gain."""
+
+    term: Term
+    gain: float  # nats, at the strength that is best to second order
+    start: np.ndarray  # z of the widened model
+    variants: int  # of which this is the best
+    power: float  # rms of its fingerprint at z = 1 after projection, in standard deviations
+
+
+def site_of(engine: Engine, fit: Fit) -> Site:
+    """Where effects could act in this bundle."""
+    world = fit.unknowns.world(fit.z)
+    bundle = engine.bundle
+    stage = next(iter(engine.stages.values()))
+    points = stage.coarse.sheet.material_m
+    weight = world.area_density_kg_m2 * stage.coarse.sheet.face_area_m2.sum() * 9.81
+    grips = max(len(recording.holds) for recording in bundle.recordings)
+    curvature = 20.0
+    bends = []
+    for one in engine.stages.values():
+        if one.rest_m is not None:
+            stencils = one.coarse.sheet.stencils
+            second = np.add.reduceat(
+                stencils.second[:, :2, None] * one.rest_m[stencils.node][:, None], stencils.first[:-1], axis=0
+            )
+            bends.append(np.linalg.norm(second, axis=-1).max(1))
+    if bends:
+        curvature = float(np.clip(2.0 * np.quantile(np.concatenate(bends), 0.95), 2.0, 300.0))
+    return Site(
+        low_m=tuple(float(x) for x in points.min(0)),
+        high_m=tuple(float(x) for x in points.max(0)),
+        curvature_1_m=curvature,
+        grip_load_n=float(weight / max(grips, 1)),
+        table=bundle.environment.table is not None,
+    )
+
+
+def possible(site: Site, unknowns_terms: tuple[Term, ...]) -> list[type[Effect]]:
+    """Effects that these recordings could show and that the model has not yet."""
+    present = {term.effect.name for term in unknowns_terms}
+    if "wind" in present:
+        present.add("air_drag")
+    return [e for e in EFFECTS.values() if e.name not in present and (site.table or not e.on_table)]
+
+
+def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list[Candidate]:
+    """Candidates, best first: one per effect, at its best variant."""
+    unknowns = fit.unknowns
+    tries = [(effect, variant) for effect in possible(site, unknowns.terms) for variant in effect.variants(site)]
+    base = unknowns.world(fit.z)
+    worlds, steps, owner = [base], [], []
+    for number, (effect, variant) in enumerate(tries):
+        term = Term.of(effect, variant)
+        for k, c in enumerate(term.coefficients):
+            if c.shape:
+                continue
+            values = {other.name: other.centre for other in term.coefficients}
+            step = TWIN_Z if c.centre + 0.5 * c.scale * TWIN_Z <= c.high else -TWIN_Z
+            values[c.name] = c.value(step)
+            worlds.append(effect.alter(base, values))
+            steps.append(step)
+            owner.append((number, k))
+    residuals, extra = engine.answers(worlds, np.array(steps), names)
+    w = {name: weights(residuals[name]) for name in names}
+    scale = 1.0 / fit.temper
+    count = len(fit.z)
+    normal0 = np.eye(count) + sum((fit.slopes[n].T * w[n]) @ fit.slopes[n] for n in names) * scale
+    gradient0 = fit.z + sum(fit.slopes[n].T @ (w[n] * residuals[n]) for n in names) * scale
+    low0, high0 = unknowns.bounds()
+    best: dict[str, Candidate] = {}
+    for number, (effect, variant) in enumerate(tries):
+        columns = [index for index, (n, _) in enumerate(owner) if n == number]
+        which = [k for n, k in owner if n == number]
+        term = Term.of(effect, variant)
+        g = {name: extra[name][:, columns] for name in names}
+        cross = sum((fit.slopes[n].T * w[n]) @ g[n] for n in names) * scale
+        own = sum((g[n].T * w[n]) @ g[n] for n in names) * scale
+        normal = np.block([[normal0, cross], [cross.T, own + np.eye(len(columns))]])
+        gradient = np.concatenate([gradient0, sum(g[n].T @ (w[n] * residuals[n]) for n in names) * scale])
+        low, high = unknowns.with_terms(*unknowns.terms, term).bounds()
+        picked = [*range(count), *(count + k for k in which)]
+        start = np.concatenate([fit.z, np.zeros(len(columns))])
+        step = _bounded_step(normal, gradient, start, low[picked], high[picked])
+        alone = _bounded_step(normal0, gradient0, fit.z, low0, high0)
+        gain = _fall(normal, gradient, step) - _fall(normal0, gradient0, alone)
+        projected = own - cross.T @ np.linalg.solve(normal0, cross)
+        samples = sum(len(residuals[n]) for n in names) * scale
+        z = np.zeros(count + len(term.coefficients))
+        z[:count] = fit.z + np.clip(step[:count], -1.0, 1.0)
+        z[[count + k for k in which]] = np.clip(step[count:], -1.5, 1.5)
+        found = Candidate(
+            term=term,
+            gain=float(gain - np.log(len(effect.variants(site)))),
+            start=z,
+            variants=len(effect.variants(site)),
+            power=float(np.sqrt(max(np.trace(projected), 0.0) / samples)),
+        )
+        if effect.name not in best or best[effect.name].gain < found.gain:
+            best[effect.name] = found
+    return sorted(best.values(), key=lambda candidate: -candidate.gain)
+
+
+def _fall(normal: np.ndarray, gradient: np.ndarray, step: np.ndarray) -> float:
+    return -float(gradient @ step + 0.5 * step @ normal @ step)

@@ -1,0 +1,142 @@
+"""What a fit varies: the baseline's coefficients and those of effects, and the world that they make."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sim1.cloth.effects import Effect
+from sim1.cloth.effects.coefficient import Coefficient
+from sim1.cloth.precise.scene import table_z, unknown_holds
+from sim1.cloth.precise.world import World
+from sim1.recording.bundle import Bundle
+
+POISSON_STD = 0.1  # where the bundle states none: woven cloth lies between 0 and 0.5
+PLACE_STD_M, PLACE_STD_RAD = 0.006, 0.05  # of held vertices whose places were estimated from resting markers
+AXES = ("tx", "ty", "tz", "rx", "ry", "rz")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Term:
+    """An effect in a model and the coefficients that are searched, shapes centred where the search starts."""
+
+    effect: type[Effect]
+    coefficients: tuple[Coefficient, ...]
+
+    @classmethod
+    def of(cls, effect: type[Effect], variant: dict[str, float] | None = None) -> "Term":
+        """All coefficients of an effect; `variant` says where its shapes start."""
+        variant = variant or {}
+        return cls(
+            effect=effect,
+            coefficients=tuple(replace(c, centre=variant.get(c.name, c.centre)) for c in effect.coefficients),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unknowns:
+    """A model: base world, its calibrated coefficients, and added terms. z is zero at the prior means, without effects."""
+
+    base: World
+    nominal: tuple[Coefficient, ...]
+    terms: tuple[Term, ...] = ()
+
+    @property
+    def all(self) -> tuple[Coefficient, ...]:
+        """Every coefficient in the order of z."""
+        return (*self.nominal, *(c for term in self.terms for c in term.coefficients))
+
+    @property
+    def count(self) -> int:
+        """Length of z."""
+        return len(self.all)
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Limits (P,) of z."""
+        low, high = [], []
+        for c in self.all:
+            edges = [c.z(edge) if np.isfinite(edge) else edge for edge in (c.low, c.high)]
+            low.append(min(edges))
+            high.append(max(edges))
+        return np.array(low), np.array(high)
+
+    def world(self, z: np.ndarray) -> World:
+        """The world at `z`."""
+        values = [c.value(float(v)) for c, v in zip(self.all, z, strict=True)]
+        count = len(self.nominal)
+        fields, places = {}, [list(row) for row in self.base.places]
+        for c, value in zip(self.nominal, values[:count], strict=True):
+            if c.name.startswith("place/"):
+                _, grip, axis = c.name.split("/")
+                places[int(grip)][AXES.index(axis)] = value
+            else:
+                fields[c.name] = value
+        world = replace(self.base, places=tuple(tuple(row) for row in places), **fields)
+        for term in self.terms:
+            size = len(term.coefficients)
+            named = {c.name: v for c, v in zip(term.coefficients, values[count : count + size], strict=True)}
+            world, count = term.effect.alter(world, named), count + size
+        return world
+
+    def values(self, term: int, z: np.ndarray) -> dict[str, float]:
+        """Coefficients of a term at `z`."""
+        start = len(self.nominal) + sum(len(t.coefficients) for t in self.terms[:term])
+        chosen = self.terms[term].coefficients
+        return {c.name: c.value(float(v)) for c, v in zip(chosen, z[start : start + len(chosen)], strict=True)}
+
+    def strengths(self, term: int) -> list[int]:
+        """Indices in z of the coefficients without which the term is nothing."""
+        start = len(self.nominal) + sum(len(t.coefficients) for t in self.terms[:term])
+        return [start + k for k, c in enumerate(self.terms[term].coefficients) if not c.shape]
+
+    def with_terms(self, *terms: Term) -> "Unknowns":
+        """The same baseline with these terms alone."""
+        return replace(self, terms=tuple(terms))
+
+
+def baseline(bundle: Bundle) -> Unknowns:
+    """The baseline model of a bundle, with the priors that the bundle states."""
+    prior, table = bundle.prior, bundle.environment.table
+    keys = unknown_holds(bundle)
+    measured = {
+        (hold.drive, tuple(int(v) for v in hold.vertices))
+        for recording in bundle.recordings
+        for hold in recording.holds
+        if hold.places_m is not None
+    }
+    world = World(
+        area_density_kg_m2=prior.area_density_kg_m2.value,
+        stretch_n_m=prior.stretch_n_m.value,
+        poisson=min(prior.poisson.value, 0.49),
+        bending_n_m=prior.bending_n_m.value,
+        damping_s=prior.damping_s.value,
+        friction=table.friction.value if table else 0.0,
+        table_z_m=table_z(bundle) if table else None,
+        gravity_m_s2=tuple(bundle.environment.gravity_m_s2),
+        air_density_kg_m3=bundle.environment.air_density_kg_m3,
+        places=tuple((0.0,) * 6 for _ in keys),
+    )
+    found = []
+    for name, unit in (
+        ("area_density_kg_m2", "kg/m^2"),
+        ("stretch_n_m", "N/m"),
+        ("bending_n_m", "N m"),
+        ("damping_s", "s"),
+    ):
+        stated = getattr(prior, name)
+        spread = stated.log_std or (stated.std / stated.value if stated.std else None)
+        if spread:
+            found.append(Coefficient(name=name, unit=unit, scale=spread, kind="log", centre=stated.value))
+    std = prior.poisson.std or (prior.poisson.log_std or 0.0) * prior.poisson.value or POISSON_STD
+    found.append(Coefficient(name="poisson", unit="1", scale=std, centre=world.poisson, low=0.0, high=0.49))
+    if table:
+        stated = table.friction
+        spread = stated.std or (stated.log_std or 0.0) * stated.value
+        if spread:
+            found.append(Coefficient(name="friction", unit="1", scale=spread, centre=stated.value, low=0.0))
+    for grip, key in enumerate(keys):
+        if key not in measured:
+            for axis in AXES:
+                unit, std = ("m", PLACE_STD_M) if axis[0] == "t" else ("rad", PLACE_STD_RAD)
+                if axis[0] == "t" or len(key[1]) > 1:
+                    found.append(Coefficient(name=f"place/{grip}/{axis}", unit=unit, scale=std))
+    return Unknowns(base=world, nominal=tuple(found))
