@@ -245,6 +245,15 @@ def _of(content):
 
 FAULTS = {
     "a key that does not exist": (_edit(lambda c: c.update(colour="red")), r"import\.yaml: colour"),
+    "a name that is no path": (_edit(lambda c: c["garment"].update(mesh="\x00")), r"import\.yaml: garment\.mesh"),
+    "a shift beyond the lab": (
+        _edit(lambda c: c["markers"].update(to_world={"shift_m": [1e300, 0, 0]})),
+        r"import\.yaml: markers\.to_world\.shift_m",
+    ),
+    "a quaternion that is not unit": (
+        _edit(lambda c: c["markers"].update(to_world={"rotation_wxyz": [1, 1, 0, 0]})),
+        r"import\.yaml: markers\.to_world\.rotation_wxyz has length 1\.414",
+    ),
     "a truth value": (_edit(lambda c: _of(c)["holds"][0].update(from_s=True)), r"import\.yaml.*truth value"),
     "two labels with one id": (
         _edit(lambda c: c["markers"]["labels"].update({LABELS[3]: 1})),

@@ -18,7 +18,7 @@ from sim1.recording.importing.nexus_csv import read_nexus
 from sim1.recording.importing.npz_file import read_npz, read_npz_drives
 from sim1.recording.importing.paths import MarkerPaths
 from sim1.recording.mesh import read_mesh
-from sim1.recording.streams import Anchors, Track
+from sim1.recording.streams import FARTHEST_M, Anchors, Track
 from sim1.scan.garment_file import METRES_PER_UNIT
 from sim1.stage import BadInput
 
@@ -148,7 +148,14 @@ def _in_order(file: Path, paths: MarkerPaths, ids: dict[str, int], anchors: Anch
             )
             raise BadInput(f"{file}: marker {label!r} {found}; correct the labels, or markers.labels in import.yaml")
         columns.append(paths.labels.index(label))
-    return paths.positions_m[:, columns]
+    chosen = paths.positions_m[:, columns]
+    if (far := np.abs(np.nan_to_num(chosen)) > FARTHEST_M).any():
+        frame, column = np.argwhere(far)[0][:2]
+        raise BadInput(
+            f"{file}: at {paths.time_s[frame]} s marker {paths.labels[columns[column]]!r} is at {chosen[frame, column].tolist()} m; "
+            "is the unit of length right, or are these millimetres?"
+        )
+    return chosen
 
 
 def _to_world(positions: np.ndarray, frame: Frame) -> np.ndarray:

@@ -14,13 +14,15 @@ SCHEMA = "sim1.import/1"
 
 type MarkerKind = Literal["motive", "nexus", "csv", "c3d", "npz"]
 type Unit = Literal["m", "cm", "mm", "in"]
-type Quaternion = tuple[float, float, float, float]
+type File = Annotated[str, pydantic.Field(pattern=r"^[^\x00-\x1f]+$")]  # path from the folder of import.yaml
+type Shift = Annotated[float, pydantic.Field(ge=-100, le=100)]  # metres
+type Part = Annotated[float, pydantic.Field(ge=-1.001, le=1.001)]  # of a unit quaternion
 
 
 class GarmentSource(Strict):
     """Rest mesh and priors."""
 
-    mesh: str
+    mesh: File
     units: Unit = "m"  # of the mesh file, `v` and `vt`
     prior: Priors
 
@@ -28,8 +30,8 @@ class GarmentSource(Strict):
 class Frame(Strict):
     """Where the frame of the cameras (after z was turned up) stands in the robot's."""
 
-    shift_m: Vector = (0.0, 0.0, 0.0)
-    rotation_wxyz: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    shift_m: tuple[Shift, Shift, Shift] = (0.0, 0.0, 0.0)
+    rotation_wxyz: tuple[Part, Part, Part, Part] = (1.0, 0.0, 0.0, 0.0)
 
 
 class MarkersSource(Strict):
@@ -56,14 +58,14 @@ class MarkerFile(Strict):
     """Marker file of one recording, where it is not given on the command line."""
 
     kind: MarkerKind
-    file: str
+    file: File
 
 
 class DriveFile(Strict):
     """Drives of one recording: a table, an archive, or an episode of a LeRobot dataset."""
 
     kind: Literal["csv", "npz", "lerobot"]
-    file: str | None = None  # null: from the command line (lerobot), or the archive of the markers (npz)
+    file: File | None = None  # null: from the command line (lerobot), or the archive of the markers (npz)
     episode: pydantic.NonNegativeInt | None = None  # of a dataset
     use: Literal["action", "observation.state"] = "action"  # of a dataset: what was commanded, or measured
     shift_s: float = 0.0  # added to the drives' time stamps; then they count on the markers' clock
@@ -98,7 +100,7 @@ class ImportFile(Strict):
     garment: GarmentSource
     environment: Environment
     markers: MarkersSource
-    anchors: str | list[Anchor]  # a CSV file, or each anchor
+    anchors: File | list[Anchor]  # a CSV file, or each anchor
     recordings: Annotated[dict[Name, RecordingSource], pydantic.Field(min_length=1)]
 
 
