@@ -14,6 +14,7 @@ CLOCK_SLACK_S = 0.1  # a hold may be stamped by a rounded time
 UNCOVERED_S = 0.5  # clocks that differ by as much are a mismatch to be found, not a damaged file
 STRETCHED = 1.3  # markers farther apart than the mesh allows: woven cloth tears before
 BELOW_TABLE_M = 0.1
+FEWEST_PAIRS, FEWEST_FRAMES = 3, 3  # of markers seen together: one pair may be a mistake of the cameras
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,7 +155,7 @@ def stretch(mesh: RestMesh, anchors: Anchors, markers_m: np.ndarray) -> float | 
     """How many times as far apart as on a flat mesh the markers (T, M, 3) are, median over pairs and frames.
 
     None where it does not say anything: fewer than two markers, a mesh that is not flat (a straight line through the air
-    is shorter than the way over the cloth), pairs never seen together.
+    is shorter than the way over the cloth), too few pairs seen together.
     """
     extent = np.linalg.svd(mesh.vertices_m - mesh.vertices_m.mean(0), compute_uv=False)
     if len(anchors.marker) < 2 or extent[2] > 0.01 * extent[0]:
@@ -166,7 +167,7 @@ def stretch(mesh: RestMesh, anchors: Anchors, markers_m: np.ndarray) -> float | 
     far = far[rest[far] > max(0.2 * rest.max(), 1e-6)]
     every = max(1, len(markers_m) // 200)
     now = np.linalg.norm(markers_m[::every, a[far]] - markers_m[::every, b[far]], axis=2)
-    together = np.isfinite(now).any(0)
-    if not together.any():
+    together = np.isfinite(now).sum(0) >= FEWEST_FRAMES
+    if together.sum() < FEWEST_PAIRS:
         return None
     return float(np.median(np.nanmedian(now[:, together], axis=0) / rest[far][together]))

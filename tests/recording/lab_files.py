@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import yaml
-from swinging import PRIORS, ROW, board, board_markers
+from swinging import PRIORS, ROW, board, board_markers, swing
 
-from sim1.recording.bundle import Recording
+from sim1.recording.bundle import Bundle, Recording
+from sim1.recording.importing.write import import_bundle
 from sim1.recording.mesh import write_mesh
 
 LABELS = [f"cloth:M{k:02d}" for k in range(16)]
@@ -160,3 +161,27 @@ def write_npz(path: Path, recording: Recording, **changes) -> None:
         "drive_bar_open": track.openness,
     }
     np.savez(path, **{key: value for key, value in (arrays | changes).items() if value is not None})
+
+
+WRITERS = {
+    "motive": (write_motive, "csv", 2e-9),
+    "nexus": (write_nexus, "csv", 2e-9),
+    "csv": (write_long, "csv", 2e-6),
+    "c3d": (write_c3d, "c3d", 1e-6),
+    "npz": (write_npz, "npz", 1e-12),
+}
+
+
+def gappy_swing() -> Recording:
+    """A noisy swing with a long gap, a frame without any marker, and a marker lost at the end."""
+    recording = swing("swing_a", noise_m=5e-4)
+    recording.markers_m[20:45, 3] = np.nan
+    recording.markers_m[300, :] = np.nan
+    recording.markers_m[-4:, 7] = np.nan
+    return recording
+
+
+def imported(folder: Path, kind: str, *names: str, **options) -> Bundle:
+    """Import the named recordings' files of one kind."""
+    files = [folder / f"{name}.{WRITERS[kind][1]}" for name in names]
+    return import_bundle(kind, files, folder / "bundle", **options).bundle
