@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from assets_defs._diagnose import diagnose, predict
 from assets_defs._recordings import recordings
 
 app = typer.Typer(
@@ -18,6 +19,8 @@ app = typer.Typer(
 )
 
 app.add_typer(recordings, name="recordings")
+app.command()(diagnose)
+app.command()(predict)
 
 Profile = Annotated[
     str | None, typer.Option(help="Sizes: smoke, quick or paper. Default: that of the last run of everything.")

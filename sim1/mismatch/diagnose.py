@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import Fit
+from sim1.mismatch.fit import Fit, temper_of
 from sim1.mismatch.models import Model, calibrate, extended, judged
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
@@ -24,6 +25,9 @@ class Thresholds:
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     explained: float = 0.5  # of the baseline's excess over noise and mesh that a named model must explain
     misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
+
+
+THRESHOLDS = Thresholds()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +48,8 @@ class Diagnosis:
     baseline_all: Fit  # fitted to every recording, for the model files
     chosen_all: Fit
     rmse_m: dict[str, dict[str, float]]
+    heldout_markers_m: dict[str, dict[str, np.ndarray]]  # baseline, augmented: recording -> (N, M, 3)
+    located: Located  # against the baseline
 
 
 def rating(model: Model, thresholds: Thresholds) -> float:
@@ -52,7 +58,7 @@ def rating(model: Model, thresholds: Thresholds) -> float:
 
 
 def diagnose(
-    bundle: Bundle, *, thresholds: Thresholds = Thresholds(), progress: Callable[[float, str], None] = lambda s, w: None
+    bundle: Bundle, *, thresholds: Thresholds = THRESHOLDS, progress: Callable[[float, str], None] = lambda s, w: None
 ) -> Diagnosis:
     """Diagnose a bundle.
 
@@ -80,7 +86,7 @@ def diagnose(
     pool = [judged(engine, base, temper), *singles]
     best = min(pool, key=lambda model: rating(model, thresholds))
     if best.terms:
-        temper = max(1.5, min(temper, _temper(engine, best.fit, fitted)))
+        temper = max(1.5, min(temper, temper_of(engine, best.fit.residuals, fitted)))
         pool = [judged(engine, model.fit, temper, model.variants) for model in pool]
         # A baseline that imitates the effect is a bad place to look for a second one from: look from the best single.
         pairs, _ = extended(
@@ -93,7 +99,6 @@ def diagnose(
             variants=best.variants,
         )
         pool += pairs
-        # Unlikely, but cheap to ask: the runner-up of the singles with the effect that would go with it.
     progress(0.8, "comparing")
     ranked = sorted(pool, key=lambda model: rating(model, thresholds))
     null = next(model for model in pool if not model.terms)
@@ -101,15 +106,18 @@ def diagnose(
     progress(0.85, "checking on motion held out")
     rmse = {}
     everything = engine.names
-    results = {}
+    results, shown = {}, {}
     for label, model in (("baseline", null), ("augmented", chosen)):
         if label == "augmented" and chosen is null:
-            rmse[label], results[label] = rmse["baseline"], results["baseline"]
+            rmse[label], results[label], shown[label] = rmse["baseline"], results["baseline"], shown["baseline"]
             continue
         world = model.fit.unknowns.world(model.fit.z)
         markers = engine.refine(world, everything)
+        shown[label] = {name: markers[name] for name in heldout}
         rmse[label] = {"fit": rmse_of(bundle, markers, fitted), "heldout": rmse_of(bundle, markers, heldout)}
         results[label] = calibrate(engine, model.fit.unknowns, model.fit.z, everything, lambda s: None, passes=1)
+    progress(0.93, "locating")
+    located = locate_forces(engine, null.fit.unknowns.world(null.fit.z), everything)
     return Diagnosis(
         fitted=fitted,
         heldout=heldout,
@@ -125,13 +133,9 @@ def diagnose(
         baseline_all=results["baseline"],
         chosen_all=results["augmented"],
         rmse_m=rmse,
+        heldout_markers_m=shown,
+        located=located,
     )
-
-
-def _temper(engine: Engine, found: Fit, names: tuple[str, ...]) -> float:
-    from sim1.mismatch.fit import temper_of
-
-    return temper_of(engine, found.residuals, names)
 
 
 def held_out(engine: Engine) -> str:

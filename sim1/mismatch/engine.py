@@ -13,7 +13,7 @@ from sim1.mismatch.compare import Observed, block_noise_m, mesh_error, observe
 from sim1.mismatch.search import Unknowns
 from sim1.recording.bundle import Bundle
 
-COARSE_S, FINE_S = 1 / 60, 1 / 120  # steps; a slow swing loses 0.1 % a period at the longer one
+COARSE_S, FINE_S = 1 / 60, 1 / 80  # steps; a slow swing loses 0.1 % a period at the longer one
 EXTRAPOLATE = 1 / 3  # what is still missing on the finer mesh, in units of what refining changed: second order
 TWIN_Z = 0.02  # how far a twin's coefficient lies from the base's
 

@@ -1,5 +1,6 @@
 """Fit a model to recordings: Gauss-Newton with priors and Student-t weights, slopes from twins."""
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -86,13 +87,15 @@ def fit(
         largest = np.abs(step).max()
         step *= min(1.0, FARTHEST_Z / max(largest, 1e-12))
         better = None
-        for shrink in (1.0, 0.4, 0.1):
+        for shrink in (1.0, 0.4, 0.1):  # slopes come with it: the first trial is taken nearly always
             trial = np.clip(z + shrink * step, low, high)
             try:
-                new = engine.residuals(unknowns.world(trial), names)
+                new, new_slopes = engine.slopes(unknowns, trial, names)
             except NotConverged:
                 continue
             trial_cost = cost_of(new, names, temper) + 0.5 * float(trial @ trial)
+            if os.environ.get("DBG"):
+                print("     ", iteration, shrink, round(cost, 1), round(trial_cost, 1), np.round(trial, 2), flush=True)
             if trial_cost < cost:
                 better = trial, trial_cost
                 break
@@ -100,8 +103,7 @@ def fit(
             converged = True  # no way down along the slopes: as good as this mesh tells
             break
         gain = cost - better[1]
-        z = better[0]
-        residuals, slopes = engine.slopes(unknowns, z, names)
+        z, residuals, slopes = better[0], new, new_slopes
         if gain < max(0.3, CONVERGED * 1e-2 * samples):
             converged = True
             break

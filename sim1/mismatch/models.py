@@ -12,9 +12,12 @@ from sim1.mismatch.judge import foretold
 from sim1.mismatch.screen import Candidate, screen, site_of
 from sim1.mismatch.search import Term, Unknowns
 
-PASSES = 4  # of measuring the mesh's error anew and fitting again
+PASSES = 3  # of measuring the mesh's error anew and fitting again
 SETTLED = 0.1  # a pass that moves every coefficient by less, in prior standard deviations, ends the calibration
 SHORTLIST = 6
+FIRST, MORE = 2, 5  # iterations of a candidate's first round, and of the leaders' second
+LEADERS = 3
+HOPELESS = 150.0  # nats behind the leader after the first round
 WORTH = 2.0  # nats that a candidate must promise to be fitted
 LEAST_TEMPER = 1.5  # blocks that follow each other are never quite independent
 
@@ -84,19 +87,18 @@ def extended(
     candidates = screen(engine, base, site, names)
     worth = [c for c in candidates if c.gain > WORTH][:most]
     models = []
-    for number, candidate in enumerate(worth):
-        progress(number / len(worth), candidate.term.effect.name)
-        model = _fitted(
-            engine,
-            base,
-            (*base.unknowns.terms, candidate.term),
-            candidate.start,
-            temper,
-            names,
-            variants * candidate.variants,
-        )
+    for number, candidate in enumerate(worth):  # a first round for all, more for those who lead it
+        progress(0.6 * number / len(worth), candidate.term.effect.name)
+        terms = (*base.unknowns.terms, candidate.term)
+        model = _fitted(engine, base, terms, candidate.start, temper, names, variants * candidate.variants)
         if model is not None:
             models.append(model)
+    models.sort(key=lambda model: model.score)
+    for number, model in enumerate(models[:LEADERS]):
+        if not model.fit.converged and model.score < models[0].score + HOPELESS:
+            progress(0.6 + 0.4 * number / LEADERS, ", ".join(model.terms))
+            more = fit(engine, model.fit.unknowns, model.fit.z, names, temper=temper, most=MORE)
+            models[number] = judged(engine, more, temper, model.variants)
     return models, candidates
 
 

@@ -102,7 +102,7 @@ def _march(scene: Scene, cloth, x0, v0, paths, turns, held_on, pull: Pull | None
         turns,
         held_on,
         ROUNDS,
-        NEWTON_M,
+        NEWTON_M if count > 1 else 10 * NEWTON_M,
         gains,
         goals,
         speeds,

@@ -1,0 +1,69 @@
+"""`sim1 diagnose` and `sim1 predict`: what a simulator leaves out, and motion foretold with it put in."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Bundle = Annotated[Path, typer.Argument(help="Folder with bundle.yaml, format sim1.recordings/1.")]
+
+
+def diagnose(
+    bundle: Bundle,
+    out: Annotated[Path, typer.Option(help="Folder for verdict.json, model.yaml, baseline.yaml and report.html.")],
+) -> None:
+    """Locate, name and model the physics that the simulator leaves out of recordings."""
+    from sim1.stage import BadInput
+
+    try:
+        with _progress() as tell:
+            from sim1.mismatch.findings import run_diagnosis
+
+            verdict = run_diagnosis(bundle, out, tell)
+    except BadInput as error:
+        _stop(str(error))
+    names = ", ".join(effect.name for effect in verdict.missing_physics) or "-"
+    heldout = verdict.rmse_m
+    print(
+        f"{verdict.verdict}: {names}; held-out error {1e3 * heldout.baseline.heldout:.2f} -> "
+        f"{1e3 * heldout.augmented.heldout:.2f} mm; {out / 'report.html'}"
+    )
+
+
+def predict(
+    bundle: Bundle,
+    model: Annotated[Path, typer.Option(help="model.yaml or baseline.yaml of a diagnosis.")],
+    out: Annotated[Path, typer.Option(help="Parquet file to write.")],
+) -> None:
+    """Simulate every recording of a bundle from its rest state and its drives alone."""
+    from sim1.stage import BadInput
+
+    try:
+        with _progress() as tell:
+            from sim1.mismatch.predict import predict_files
+
+            rows = predict_files(bundle, model, out, tell)
+    except BadInput as error:
+        _stop(str(error))
+    print(f"{rows} rows in {out}")
+
+
+def _progress():
+    from contextlib import contextmanager
+
+    @contextmanager
+    def shown():
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task("reading", total=1.0)
+            yield lambda share, what: bar.update(task, completed=share, description=what)
+
+    return shown()
+
+
+def _stop(message: str) -> None:
+    typer.secho(f"sim1: {message}", fg="red", err=True)
+    raise typer.Exit(2)

@@ -1,0 +1,53 @@
+"""Pictures of a diagnosis."""
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+
+from sim1.cloth.precise.scene import marker_points
+from sim1.mismatch.diagnose import Diagnosis
+from sim1.recording.bundle import Bundle
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+
+def draw_forces(path: Path, bundle: Bundle, found: Diagnosis) -> None:
+    """Map of the missing force on the cloth and its course in every recording."""
+    forces = found.located.forces
+    points = marker_points(bundle)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), width_ratios=[1, 1.6], layout="constrained")
+    if len(forces):
+        size = 1e3 * np.sqrt(found.located.marker_power_n2)
+        dots = left.scatter(*(1e3 * points.T), c=size, s=140, cmap="magma_r", edgecolors="0.6")
+        figure.colorbar(dots, ax=left, label="missing force per marker [mN rms]")
+        for force in forces:
+            course = 1e3 * np.sqrt((force.force_n**2).mean((1, 2)))
+            right.plot(force.time_s, course, label=force.name, lw=1.2)
+        floor = 1e3 * float(np.sqrt(np.mean([force.floor_n**2 for force in forces])))
+        right.axhline(floor, color="k", ls=":", label="noise alone")
+        right.legend(fontsize=8)
+    left.set(xlabel="u [mm]", ylabel="v [mm]", aspect="equal", title="on the cloth")
+    left.invert_yaxis()
+    right.set(xlabel="time [s]", ylabel="missing force [mN rms per coordinate]", title="over time", ylim=(0, None))
+    figure.savefig(path, dpi=110, format="png")
+    plt.close(figure)
+
+
+def draw_heldout_error(path: Path, bundle: Bundle, found: Diagnosis) -> None:
+    """Error over time on the recordings that no fit has seen, before and after, with the noise drawn."""
+    names = found.heldout
+    figure, axes = plt.subplots(1, len(names), figsize=(9, 3.4), squeeze=False, layout="constrained")
+    for axis, name in zip(axes[0], names, strict=True):
+        recording = next(r for r in bundle.recordings if r.name == name)
+        for label, color in (("baseline", "tab:red"), ("augmented", "tab:blue")):
+            off = found.heldout_markers_m[label][name] - recording.markers_m
+            axis.plot(
+                recording.time_s, 1e3 * np.sqrt(np.nanmean(off**2, axis=(1, 2))), color=color, label=label, lw=1.2
+            )
+        axis.axhline(1e3 * found.noise_m, color="k", ls=":", label="noise (blocks of 40 ms)")
+        axis.set(xlabel="time [s]", ylabel="error [mm rms]", title=name, ylim=(0, None))
+        axis.legend(fontsize=8)
+    figure.savefig(path, dpi=110, format="png")
+    plt.close(figure)

@@ -1,0 +1,209 @@
+"""A diagnosis as files: `verdict.json`, `model.yaml`, `baseline.yaml`, `report.html`."""
+
+import base64
+import math
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from sim1.cloth.effects import EFFECTS
+from sim1.cloth.physics import write_physics
+from sim1.mismatch.diagnose import THRESHOLDS, Diagnosis, Thresholds, diagnose, rating
+from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error
+from sim1.mismatch.model_file import effect_entry, physics_of
+from sim1.mismatch.models import Model
+from sim1.mismatch.verdict import Verdict, write_verdict
+from sim1.recording.bundle import Bundle, read_bundle
+from sim1.recording.sufficient import require_for_diagnosis
+
+SEPARATING = {  # the recording that tells two explanations apart
+    frozenset(
+        ("air_drag", "added_mass")
+    ): "swing at two amplitudes with the same period: drag grows with the square of the speed, carried air with the acceleration",
+    frozenset(
+        ("air_drag", "wind")
+    ): "hang the cloth still, then turn the rig by 90 degrees: a stream pushes at rest too",
+    frozenset(
+        ("clock_offset", "actuator_lag")
+    ): "stop suddenly and let the cloth swing free for 2 s: an offset shifts the free swing, a lag does not",
+    frozenset(("grip_slip", "grip_compliance")): "pull and let go: what slipped does not come back",
+    frozenset(
+        ("frame_offset", "gravity_tilt")
+    ): "turn the rig by 180 degrees about the vertical at rest: a tilt turns with the room, an offset with the camera",
+    frozenset(
+        ("stiff_region", "heavy_region")
+    ): "swing slowly and fast: weight shows at rest, stiffness where the cloth folds",
+}
+
+
+def run_diagnosis(bundle: Path, out: Path, progress: Callable[[float, str], None]) -> Verdict:
+    """`sim1 diagnose`: read, diagnose, write into `out` (made if missing).
+
+    Raises:
+        BadInput: the bundle is damaged or cannot support a diagnosis.
+    """
+    given = read_bundle(bundle)
+    require_for_diagnosis(given)
+    found = diagnose(given, progress=progress)
+    progress(0.97, "writing the report")
+    out.mkdir(parents=True, exist_ok=True)
+    _whole(out / "model.yaml", lambda path: write_physics(path, physics_of(given, found.chosen_all)))
+    _whole(out / "baseline.yaml", lambda path: write_physics(path, physics_of(given, found.baseline_all)))
+    verdict = verdict_of(given, found)
+    _whole(out / "verdict.json", lambda path: write_verdict(path, verdict))
+    _whole(out / "report.html", lambda path: write_page(path, given, found, verdict))
+    progress(1.0, "done")
+    return verdict
+
+
+def _whole(path: Path, write: Callable[[Path], None]) -> None:
+    part = path.with_name(path.name + ".part")
+    write(part)
+    os.replace(part, path)
+
+
+def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Verdict:
+    """The answer for programs."""
+    chances = probabilities(found, thresholds)
+    columns, share = found.located.region()
+    ids = bundle.anchors.marker
+    before, after = found.rmse_m["baseline"], found.rmse_m["augmented"]
+    reduction = 1.0 - after["heldout"] / before["heldout"] if before["heldout"] else 0.0
+    effects = []
+    if found.verdict in ("named", "ambiguous"):
+        for index in range(len(found.chosen_all.unknowns.terms)):
+            entry = effect_entry(found.chosen_all, index)
+            effects.append(
+                {**entry, "probability": chances.get(entry["name"], 0.0), "heldout_rmse_reduction": float(reduction)}
+            )
+        effects.sort(key=lambda entry: -entry["probability"])
+    named = {entry["name"] for entry in effects}
+    others = [
+        {"name": name, "probability": chance, "why_not": _why_not(name, found, thresholds)}
+        for name, chance in sorted(chances.items(), key=lambda item: -item[1])
+        if name not in named
+    ][:6]
+    missing = found.verdict != "none"
+    return Verdict.model_validate(
+        {
+            "schema": "sim1.verdict/1",
+            "verdict": found.verdict,
+            "noise_std_m": found.noise_m,
+            "rmse_m": {"baseline": before, "augmented": after},
+            "mismatch": {
+                "regions": [{"markers": [int(ids[k]) for k in columns], "share": share}] if missing and columns else [],
+                "windows": [vars(window) for window in found.located.worst_windows()] if missing else [],
+                "signature": found.located.signature,
+            },
+            "missing_physics": effects,
+            "alternatives": others,
+            "next_experiment": _next(found),
+        }
+    )
+
+
+def probabilities(found: Diagnosis, thresholds: Thresholds) -> dict[str, float]:
+    """Posterior share of every effect over the models that were fitted, scores eased by what nulls scatter."""
+    scores = np.array([rating(model, thresholds) for model in found.models]) / 4.0
+    weight = np.exp(-(scores - scores.min()))
+    weight /= weight.sum()
+    chances: dict[str, float] = {}
+    for model, share in zip(found.models, weight, strict=True):
+        for name in model.terms:
+            chances[name] = chances.get(name, 0.0) + float(share)
+    return {name: min(max(chance, 0.0), 1.0) for name, chance in chances.items()}
+
+
+def _why_not(name: str, found: Diagnosis, thresholds: Thresholds) -> str:
+    mine = [model for model in found.models if name in model.terms]
+    best = min(mine, key=lambda model: rating(model, thresholds))
+    behind = rating(best, thresholds) - rating(found.chosen, thresholds)
+    if behind < 0:
+        return f"it gains {-behind:.1f} nats beside {_joined(found.chosen)}: less than a further effect has to"
+    return f"{_joined(best)} explains {behind:.1f} nats less of the motion than {_joined(found.chosen)}"
+
+
+def _joined(model: Model) -> str:
+    return " with ".join(model.terms) or "the baseline"
+
+
+def _next(found: Diagnosis) -> str:
+    names = list(found.chosen.terms) + [name for rival in found.rivals for name in rival.terms]
+    for one in names:
+        for other in names:
+            if frozenset((one, other)) in SEPARATING:
+                return SEPARATING[frozenset((one, other))]
+    if found.verdict == "unknown":
+        return "repeat the worst motion slower, and once held still after it: what vanishes tells speed from stiffness and slip"
+    if found.verdict == "ambiguous":
+        return f"repeat the motion in which {_joined(found.chosen)} and {_joined(found.rivals[0])} differ most, at another speed"
+    return "none needed for this difference"
+
+
+def sentence(found: Diagnosis) -> str:
+    """The verdict in one sentence."""
+    before, after = 1e3 * found.rmse_m["baseline"]["heldout"], 1e3 * found.rmse_m["augmented"]["heldout"]
+    if found.verdict == "none":
+        return f"Nothing is missing that these recordings could show: {before:.2f} mm on held-out motion."
+    if found.verdict == "named":
+        return f"Left out: {_joined(found.chosen)}. With it the error on held-out motion goes from {before:.2f} to {after:.2f} mm."
+    if found.verdict == "ambiguous":
+        rivals = ", ".join(_joined(rival) for rival in found.rivals)
+        return f"Something was left out, and {_joined(found.chosen)} explains it no better than {rivals} ({before:.2f} to {after:.2f} mm held out)."
+    return f"Something was left out that no known effect explains: {before:.2f} mm on held-out motion, {after:.2f} mm with the best of them."
+
+
+def write_page(path: Path, bundle: Bundle, found: Diagnosis, verdict: Verdict) -> None:
+    """The page for a person who has ten minutes."""
+    pictures = []
+    for draw, caption in (
+        (draw_forces, "Where and when: the force that the baseline lacks"),
+        (draw_heldout_error, "Held-out motion"),
+    ):
+        image = path.with_name(f"{draw.__name__}.png.part")
+        draw(image, bundle, found)
+        pictures.append((base64.b64encode(image.read_bytes()).decode(), caption))
+        image.unlink()
+    thresholds = THRESHOLDS
+    null = rating(found.baseline, thresholds)
+    ranking = [
+        {"name": _joined(model), "gain": null - rating(model, thresholds), "misfit": _misfit(model)}
+        for model in found.models[:10]
+    ]
+    rows = _parameters(found)
+    loader = FileSystemLoader(Path(__file__).parent)
+    template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined).get_template(
+        "diagnosis.html.jinja"
+    )
+    path.write_text(
+        template.render(
+            verdict=verdict,
+            sentence=sentence(found),
+            found=found,
+            images=pictures,
+            ranking=ranking,
+            parameters=rows,
+            effects=[EFFECTS[name] for name in found.chosen.terms],
+            thresholds=thresholds,
+        )
+    )
+
+
+def _misfit(model: Model) -> float:
+    values = np.concatenate([model.fit.residuals[name] for name in model.fit.names])
+    return float(np.mean(np.minimum(values**2, 25.0)))
+
+
+def _parameters(found: Diagnosis) -> list[dict[str, Any]]:
+    rows, fit = [], found.chosen_all
+    spread = np.sqrt(np.diag(fit.covariance))
+    for c, z, std in zip(fit.unknowns.all, fit.z, spread, strict=True):
+        low, high = sorted((c.value(z - 1.96 * std), c.value(z + 1.96 * std)))
+        rows.append(
+            {"name": c.name, "unit": c.unit, "prior": c.value(0.0), "value": c.value(z), "low": low, "high": high}
+        )
+    return [row for row in rows if not math.isnan(row["value"])]
