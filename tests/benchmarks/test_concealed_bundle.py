@@ -21,7 +21,7 @@ from benchmarks.concealed.motions import MOTIONS
 def two_plans(case: Case, setting) -> list[Plan]:
     """One recording and a held-out one, on the table: quickly brought to rest."""
     rng = np.random.default_rng(0)
-    motions = [MOTIONS[name](setting.cloth, setting.columns, setting.rows, rng) for name in ("shuttle", "drag_turn")]
+    motions = [MOTIONS[name](setting.cloth, setting.columns, setting.rows, rng) for name in ("shuttle", "trail")]
     return [
         Plan(f"{motion.name}_a", motion.placed(0.3, np.array([0.1, 0.2, 0.0])), True, bool(number))
         for number, motion in enumerate(motions)
@@ -136,10 +136,10 @@ def test_the_sheet_is_at_rest_first_and_never_goes_through_itself(made):
 
 
 def test_held_out_bundle_keeps_half_a_second_of_markers_and_all_of_the_drives(made):
-    folder = made.folder / "heldout/recordings/drag_turn_a"
+    folder = made.folder / "heldout/recordings/trail_a"
     assert pd.read_parquet(folder / "markers.parquet").time_s.max() <= 0.5
     assert pd.read_parquet(folder / "drives.parquet").time_s.max() == 4
-    assert made.arrays["drag_turn_a/truth_m"].shape[0] == 241
+    assert made.arrays["trail_a/truth_m"].shape[0] == 241
 
 
 def test_the_camera_errs_as_asked_and_loses_markers_for_a_while():

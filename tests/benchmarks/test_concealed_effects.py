@@ -294,7 +294,7 @@ def test_lag_follows_a_ramp_by_its_time_and_a_turn_too():
 
 
 def test_grips_slip_for_good_above_the_threshold_and_yield_elastically():
-    slip, give = GripSlip({"threshold": 0.2, "rate": 0.01}), GripCompliance({"stiffness": 100.0}, {"settle_time": 0.01})
+    slip, give = GripSlip({"threshold": 0.2, "rate": 0.01}), GripCompliance({"stiffness": 100.0}, {"jaw_mass": 0.02})
     world = world_of(slip)
     state = flat(world)
     for effect in (slip, give):
@@ -305,9 +305,9 @@ def test_grips_slip_for_good_above_the_threshold_and_yield_elastically():
             slip.advance(state, 1e-3)
             give.advance(state, 1e-3)
         if load == 1.2:
-            assert give.grip_shift(state)[:, 0] == pytest.approx(0.012)
+            assert give.grip_shift(state)[:, 0] == pytest.approx(0.012, rel=1e-3)
     assert slip.grip_shift(state)[:, 0] == pytest.approx(0.01)
-    assert give.grip_shift(state)[:, 0] == pytest.approx(0.0, abs=1e-9)
+    assert give.grip_shift(state)[:, 0] == pytest.approx(0.0, abs=1e-5)
 
 
 def test_measurement_effects_follow_the_format():

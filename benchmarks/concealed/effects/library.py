@@ -23,7 +23,7 @@ from benchmarks.concealed.effects.tabletop import (
     Adhesion,
     AnisotropicFriction,
     StaticFriction,
-    VelocityWeakeningFriction,
+    ViscousFriction,
 )
 from benchmarks.concealed.setting import Setting
 
@@ -32,9 +32,9 @@ Draw = Callable[[float, np.random.Generator, Setting], Effect]
 
 SWINGS = ("swing_out", "fast_swing", "twist", "bar_swing", "bar_roll", "bars_wave")
 BENDS = ("bar_tilt", "bars_squeeze", "bars_wave", "bar_swing", "spread")
-PULLS = ("bars_pull", "bars_shear", "spread")
+PULLS = ("centre_pull", "bars_shear", "spread")
 HANGS = ("swing_out", "twist", "bar_swing", "bar_tilt", "bars_wave", "bars_squeeze", "heave")
-TABLE = ("drag_raised", "lift_off", "peel", "lay_down", "drag_turn", "shuttle")
+TABLE = ("drag_raised", "lift_off", "peel", "lay_down", "shuttle", "inch")
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def _heavy_region(a: float, rng: np.random.Generator, s: Setting) -> Effect:
 
 
 def _static_friction(a: float, rng: np.random.Generator, s: Setting) -> Effect:
-    return StaticFriction({"ratio": 1 + 0.8 * a})
+    return StaticFriction({"ratio": 1 + 0.8 * a}, {"stribeck_speed": float(rng.uniform(0.015, 0.03))})
 
 
 def _anisotropic_friction(a: float, rng: np.random.Generator, s: Setting) -> Effect:
@@ -142,7 +142,7 @@ def _grip_slip(a: float, rng: np.random.Generator, s: Setting) -> Effect:
 
 
 def _grip_compliance(a: float, rng: np.random.Generator, s: Setting) -> Effect:
-    return GripCompliance({"stiffness": 200.0 / a}, {"settle_time": 0.008})
+    return GripCompliance({"stiffness": 200.0 / a}, {"jaw_mass": 0.02})
 
 
 def _actuator_lag(a: float, rng: np.random.Generator, s: Setting) -> Effect:
@@ -202,10 +202,8 @@ def _viscoelastic_creep(a: float, rng: np.random.Generator, s: Setting) -> Effec
     return ViscoelasticCreep({"share": float(1 - np.exp(-0.5 * a)), "time": float(rng.uniform(0.4, 0.9))})
 
 
-def _velocity_weakening(a: float, rng: np.random.Generator, s: Setting) -> Effect:
-    return VelocityWeakeningFriction(
-        {"fast_ratio": float(np.exp(-0.8 * a)), "fading_speed": float(rng.uniform(0.02, 0.06))}
-    )
+def _viscous_friction(a: float, rng: np.random.Generator, s: Setting) -> Effect:
+    return ViscousFriction({"fast_ratio": 1 + 1.5 * a, "fading_speed": float(rng.uniform(0.06, 0.12))})
 
 
 def _gripper_vibration(a: float, rng: np.random.Generator, s: Setting) -> Effect:
@@ -241,10 +239,10 @@ LIBRARY: dict[str, Recipe] = {
     "shrinkage": Recipe(_shrinkage, (*HANGS, *PULLS), (0.05, 4.0)),
     "stiff_region": Recipe(_stiff_region, BENDS, (0.1, 3.0)),
     "heavy_region": Recipe(_heavy_region, HANGS, (0.05, 4.0)),
-    "static_friction": Recipe(_static_friction, TABLE, (0.2, 2.5)),
-    "anisotropic_friction": Recipe(_anisotropic_friction, TABLE, (0.1, 1.6)),
+    "static_friction": Recipe(_static_friction, ("inch", "drag_raised", "lay_down", "shuttle"), (0.2, 2.5)),
+    "anisotropic_friction": Recipe(_anisotropic_friction, ("trail", "shuttle", "drag_raised", "peel"), (0.1, 1.6)),
     "adhesion": Recipe(_adhesion, ("lift_off", "peel", "drag_raised", "lay_down"), (0.05, 6.0)),
-    "grip_slip": Recipe(_grip_slip, PULLS, (0.02, 10.0)),
+    "grip_slip": Recipe(_grip_slip, PULLS, (0.02, 4.0)),
     "grip_compliance": Recipe(_grip_compliance, PULLS, (0.05, 8.0)),
     "actuator_lag": Recipe(_actuator_lag, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 4.0), loose=True),
     "clock_offset": Recipe(_clock_offset, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 5.0), loose=True),
@@ -256,7 +254,7 @@ LIBRARY: dict[str, Recipe] = {
     "magnet": Recipe(_magnet, HANGS, (0.02, 10.0), in_table=False),
     "static_charge": Recipe(_static_charge, HANGS, (0.02, 10.0), in_table=False),
     "viscoelastic_creep": Recipe(_viscoelastic_creep, BENDS, (0.1, 3.0), in_table=False),
-    "velocity_weakening_friction": Recipe(_velocity_weakening, TABLE, (0.1, 3.0), in_table=False),
+    "viscous_friction": Recipe(_viscous_friction, TABLE, (0.1, 3.0), in_table=False),
     "gripper_vibration": Recipe(_gripper_vibration, SWINGS, (0.1, 4.0), in_table=False, loose=True),
     "rolling_shutter": Recipe(_rolling_shutter, SWINGS, (0.1, 5.0), in_table=False, loose=True),
     "camera_scale": Recipe(_camera_scale, (*HANGS, *PULLS), (0.1, 3.0), in_table=False, loose=True),

@@ -89,20 +89,30 @@ class GripSlip(Effect):
 
 @dataclass
 class GripCompliance(Effect):
-    """The grip yields as a spring with a little damping, per gripper and in all directions."""
+    """The grip yields as a spring, per gripper and in all directions.
+
+    A little mass moves with the spring, half of critically damped: without it, spring and cloth would be stiff against each
+    other, and no explicit step could carry them.
+    """
 
     name: ClassVar[str] = "grip_compliance"
-    formula: ClassVar[str] = "per gripper: stiffness * s + stiffness * settle_time * ds/dt = total load"
+    formula: ClassVar[str] = (
+        "per gripper: jaw_mass * s'' + sqrt(stiffness * jaw_mass) * s' + stiffness * s = total load"
+    )
 
     def begin(self, world: World) -> None:
         """Not yielded yet."""
         self._yielded = np.zeros((len(world.holds.offsets_m), 3))
+        self._speed = np.zeros_like(self._yielded)
         self._drive = world.holds.drive
 
     def advance(self, state: State, step_s: float) -> None:
-        """Go towards the balance of spring and load."""
-        balance = state.grip_load_n / self.parameters["stiffness"]
-        self._yielded += (balance - self._yielded) * (step_s / self.extras["settle_time"])
+        """One step of the jaw; critically damped while the cloth is brought to rest."""
+        stiffness, mass = self.parameters["stiffness"], self.extras["jaw_mass"]
+        damping = (2.0 if state.relaxing else 1.0) * np.sqrt(stiffness * mass)
+        push = state.grip_load_n - stiffness * self._yielded - damping * self._speed
+        self._speed += push * (step_s / mass)
+        self._yielded += self._speed * step_s
 
     def grip_shift(self, state: State) -> np.ndarray | None:
         """(K, 3)"""

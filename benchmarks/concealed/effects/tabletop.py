@@ -11,16 +11,22 @@ from benchmarks.concealed.world import Environment, State, World
 
 @dataclass
 class StaticFriction(Effect):
-    """Stuck cloth holds more than sliding cloth: stick and slip are states (Karnopp 1985)."""
+    """Stuck cloth holds more than sliding cloth: stick and slip are states (Karnopp 1985), with Stribeck's fall between."""
 
     name: ClassVar[str] = "static_friction"
     formula: ClassVar[str] = (
-        "sticks until ratio * mu * normal force, slides with mu * normal force, sticks again at zero speed"
+        "sticks until ratio * mu * N, slides with mu N (1 + (ratio - 1) exp(-(v / stribeck_speed)^2)), "
+        "sticks again at zero speed"
     )
 
     def environment(self, environment: Environment) -> Environment:
         """Another friction law."""
-        return replace(environment, friction=replace(environment.friction, static_ratio=self.parameters["ratio"]))
+        friction = replace(
+            environment.friction,
+            static_ratio=self.parameters["ratio"],
+            stribeck_speed_m_s=self.extras["stribeck_speed"],
+        )
+        return replace(environment, friction=friction)
 
 
 @dataclass
@@ -39,11 +45,11 @@ class AnisotropicFriction(Effect):
 
 
 @dataclass
-class VelocityWeakeningFriction(Effect):
-    """Outside the table: friction falls with the sliding speed."""
+class ViscousFriction(Effect):
+    """Outside the table: friction grows with the sliding speed, as on a damp table."""
 
-    name: ClassVar[str] = "velocity_weakening_friction"
-    formula: ClassVar[str] = "mu (f + (1 - f) exp(-v / v_s))"
+    name: ClassVar[str] = "viscous_friction"
+    formula: ClassVar[str] = "mu (fast_ratio + (1 - fast_ratio) exp(-v / fading_speed)), fast_ratio above 1"
 
     def environment(self, environment: Environment) -> Environment:
         """Another friction law."""

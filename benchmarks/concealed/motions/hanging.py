@@ -10,20 +10,25 @@ LEFT, RIGHT = 0, 1
 ALONG, OUT, UP = 0, 1, 2
 
 
-def _arc(cloth: Cloth, shift: np.ndarray, turn: np.ndarray, slack: float = 0.06, toe_in: float = 0.45) -> None:
-    """Corner grippers nearer than the sheet is wide and a little turned in, so that it hangs in an arc to one side."""
+def _arc(cloth: Cloth, shift: np.ndarray, turn: np.ndarray, slack: float, toe_in: float) -> None:
+    """Corner grippers nearer than the sheet is wide and a little turned in, so that it hangs in an arc to one side.
+
+    Turned in by about half of what the arc would have at its ends: with more, the sheet may fold in two ways.
+    """
     shift[:, LEFT, ALONG] += slack / 2 * cloth.size_u_m
     shift[:, RIGHT, ALONG] -= slack / 2 * cloth.size_u_m
     turn[:, LEFT, UP] += toe_in
     turn[:, RIGHT, UP] -= toe_in
 
 
-def _from_corners(name: str, cloth: Cloth, columns: int, rows: int, parts, slack: float = 0.06) -> Motion:
+def _from_corners(
+    name: str, cloth: Cloth, columns: int, rows: int, parts, slack: float = 0.05, toe_in: float = 0.25, deep: int = 2
+) -> Motion:
     def all_parts(t: np.ndarray, shift: np.ndarray, turn: np.ndarray) -> None:
-        _arc(cloth, shift, turn, slack)
+        _arc(cloth, shift, turn, slack, toe_in)
         parts(t, shift, turn)
 
-    return Motion(name, False, corners(columns, rows), HANGING, hanging_origin(cloth), course_of(2, all_parts))
+    return Motion(name, False, corners(columns, rows, deep), HANGING, hanging_origin(cloth), course_of(2, all_parts))
 
 
 def _from_bar(name: str, cloth: Cloth, columns: int, rows: int, parts) -> Motion:
@@ -32,7 +37,7 @@ def _from_bar(name: str, cloth: Cloth, columns: int, rows: int, parts) -> Motion
 
 def swing_out(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
     """Both corners to and fro out of the plane, slowly, then let it swing."""
-    amplitude, rate = 0.035 * rng.uniform(0.85, 1.15), rng.uniform(0.45, 0.6)
+    amplitude, rate = 0.03 * rng.uniform(0.85, 1.15), rng.uniform(0.45, 0.6)
 
     def parts(t, shift, turn):
         shift[:, :, OUT] += (amplitude * wave(t, MOVES_AT_S, 3.2, rate))[:, None]

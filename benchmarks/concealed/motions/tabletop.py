@@ -3,7 +3,7 @@
 import numpy as np
 
 from benchmarks.concealed.cloth import Cloth
-from benchmarks.concealed.motions.motion import HANGING, MOVES_AT_S, Motion, bar, corners, course_of
+from benchmarks.concealed.motions.motion import HANGING, MOVES_AT_S, Block, Motion, bar, corners, course_of
 from benchmarks.concealed.motions.paths import rise, there_and_back, wave
 
 ALONG, BEHIND, UP = 0, 1, 2
@@ -21,16 +21,16 @@ def _on_table(name: str, cloth: Cloth, blocks, parts) -> Motion:
     return Motion(name, True, blocks, FLAT, _flat_origin(cloth), course_of(len(blocks), parts))
 
 
-def drag_turn(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
-    """An edge at table height is pulled and turned: the sheet's tail sweeps over the table."""
-    way, angle = 0.10 * rng.uniform(0.85, 1.15), 0.5 * rng.uniform(0.85, 1.15)
+def trail(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
+    """A pin in the middle of the edge, at table height, goes along a bent way: the sheet follows as a trailer does."""
+    way, aside = 0.15 * rng.uniform(0.85, 1.15), 0.10 * rng.uniform(0.85, 1.15)
+    middle = (columns - 1) // 2
 
     def parts(t, shift, turn):
-        shift[:, 0, BEHIND] -= way * rise(t, MOVES_AT_S, 0.8)
-        turn[:, 0, UP] += angle * rise(t, 1.0, 1.2) - angle * rise(t, 2.4, 1.2)
-        shift[:, 0, BEHIND] -= 0.5 * way * rise(t, 2.4, 1.2)
+        shift[:, 0, BEHIND] -= way * rise(t, MOVES_AT_S, 3.0)
+        shift[:, 0, ALONG] += aside * (rise(t, 0.9, 1.1) - 1.6 * rise(t, 2.2, 1.4))
 
-    return _on_table("drag_turn", cloth, bar(columns, rows), parts)
+    return _on_table("trail", cloth, (Block("pin", (0, 0), (middle, middle)),), parts)
 
 
 def drag_raised(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
@@ -82,21 +82,39 @@ def lay_down(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) ->
     def parts(t, shift, turn):
         theta = 0.12 + down * rise(t, MOVES_AT_S, 2.6)
         shift[:, 0, UP] += cloth.size_v_m * (np.cos(theta) - 1)
-        shift[:, 0, BEHIND] -= cloth.size_v_m * np.sin(theta)
-        turn[:, 0, ALONG] += theta * 0.95
+        shift[:, 0, BEHIND] -= 1.04 * cloth.size_v_m * np.sin(theta)
+        turn[:, 0, ALONG] += theta * 0.85
 
     return Motion("lay_down", True, bar(columns, rows), HANGING, origin, course_of(1, parts))
 
 
 def shuttle(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
-    """An edge at table height goes to and fro along itself: the tail follows late."""
-    amplitude, rate = 0.05 * rng.uniform(0.85, 1.15), rng.uniform(0.45, 0.6)
+    """A raised edge goes to and fro along itself: what lies on the table follows late."""
+    height, amplitude = 0.3 * cloth.size_v_m * rng.uniform(0.9, 1.1), 0.05 * rng.uniform(0.85, 1.15)
+    rate = rng.uniform(0.4, 0.5)
 
     def parts(t, shift, turn):
-        shift[:, 0, BEHIND] -= 0.03 * rise(t, MOVES_AT_S, 0.6)
-        shift[:, 0, ALONG] += amplitude * wave(t, 1.0, 3.7, rate)
+        up = rise(t, MOVES_AT_S, 0.8)
+        shift[:, 0, UP] += height * up
+        shift[:, 0, BEHIND] += 0.08 * cloth.size_v_m * up
+        turn[:, 0, ALONG] -= 0.9 * up
+        shift[:, 0, ALONG] += amplitude * wave(t, 1.2, 3.8, rate)
 
-    return _on_table("shuttle", cloth, bar(columns, rows, deep=1), parts)
+    return _on_table("shuttle", cloth, bar(columns, rows), parts)
 
 
-MOTIONS = {make.__name__: make for make in (drag_turn, drag_raised, lift_off, peel, lay_down, shuttle)}
+def inch(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
+    """A raised edge pulls slowly, waits, gives way and pulls again: the tail sticks and lets go."""
+    height, way = 0.28 * cloth.size_v_m * rng.uniform(0.9, 1.1), 0.045 * rng.uniform(0.85, 1.15)
+
+    def parts(t, shift, turn):
+        up = rise(t, MOVES_AT_S, 0.8)
+        shift[:, 0, UP] += height * up
+        shift[:, 0, BEHIND] += 0.10 * cloth.size_v_m * up
+        turn[:, 0, ALONG] -= 0.9 * up
+        shift[:, 0, BEHIND] -= way * (rise(t, 1.3, 0.9) - 0.8 * rise(t, 2.3, 0.6) + rise(t, 3.0, 0.9))
+
+    return _on_table("inch", cloth, bar(columns, rows), parts)
+
+
+MOTIONS = {make.__name__: make for make in (trail, drag_raised, lift_off, peel, lay_down, shuttle, inch)}
