@@ -7,12 +7,16 @@ import numpy as np
 
 from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import Fit, temper_of
-from sim1.mismatch.models import Model, calibrate, extended, judged
+from sim1.mismatch.fit import Fit, fit, temper_of
+from sim1.mismatch.models import LEAST_TEMPER, Model, calibrate, extended, judged
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
 from sim1.recording.bundle import Bundle
 from sim1.stage import BadInput
+
+FINALISTS = 4  # models, the baseline among them, that are fitted again once the mesh's error is known at the best
+AGAIN = 4  # iterations of that
+LAST = 3  # iterations of the fit to everything
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,6 +25,7 @@ class Thresholds:
 
     named: float = 8.0  # that an effect must gain over the baseline
     second: float = 8.0  # that another must gain over the first
+    second_share: float = 0.15  # and in units of the first's gain: another formula or mesh leaves that much unexplained
     margin: float = 4.0  # over the runner-up
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     explained: float = 0.5  # of the baseline's excess over noise and mesh that a named model must explain
@@ -86,7 +91,16 @@ def diagnose(
     pool = [judged(engine, base, temper), *singles]
     best = min(pool, key=lambda model: rating(model, thresholds))
     if best.terms:
-        temper = max(1.5, min(temper, temper_of(engine, best.fit.residuals, fitted)))
+        # The mesh errs otherwise where the effect acts: measured anew there, for every model alike.
+        at, world = best.fit, best.fit.unknowns.world(best.fit.z)
+        engine.refine(world, fitted)
+        engine.soften(at.unknowns, at.z, fitted)
+        pool = [
+            judged(engine, fit(engine, m.fit.unknowns, m.fit.z, fitted, temper=temper, most=AGAIN), temper, m.variants)
+            for m in sorted(pool, key=lambda m: (bool(m.terms), rating(m, thresholds)))[:FINALISTS]
+        ]
+        best = min(pool, key=lambda model: rating(model, thresholds))
+        temper = max(LEAST_TEMPER, temper_of(engine, best.fit.residuals, fitted))
         pool = [judged(engine, model.fit, temper, model.variants) for model in pool]
         # A baseline that imitates the effect is a bad place to look for a second one from: look from the best single.
         pairs, _ = extended(
@@ -113,9 +127,11 @@ def diagnose(
             continue
         world = model.fit.unknowns.world(model.fit.z)
         markers = engine.refine(world, everything)
+        engine.soften(model.fit.unknowns, model.fit.z, everything)
         shown[label] = {name: markers[name] for name in heldout}
         rmse[label] = {"fit": rmse_of(bundle, markers, fitted), "heldout": rmse_of(bundle, markers, heldout)}
-        results[label] = calibrate(engine, model.fit.unknowns, model.fit.z, everything, lambda s: None, passes=1)
+        # For the model files every recording counts, the held-out one too: its figures are taken.
+        results[label] = fit(engine, model.fit.unknowns, model.fit.z, everything, temper=temper, most=LAST)
     progress(0.93, "locating")
     located = locate_forces(engine, null.fit.unknowns.world(null.fit.z), everything)
     return Diagnosis(

@@ -13,9 +13,9 @@ from sim1.mismatch.compare import Observed, block_noise_m, mesh_error, observe
 from sim1.mismatch.search import Unknowns
 from sim1.recording.bundle import Bundle
 
-COARSE_S, FINE_S = 1 / 60, 1 / 80  # steps; a slow swing loses 0.1 % a period at the longer one
+COARSE_S, FINE_S = 1 / 120, 1 / 240  # steps: at 1/60 s a fast swing comes out millimetres wrong
 EXTRAPOLATE = 1 / 3  # what is still missing on the finer mesh, in units of what refining changed: second order
-TWIN_Z = 0.02  # how far a twin's coefficient lies from the base's
+WOBBLE_Z = 0.03  # in prior standard deviations: what the simulator itself is taken to be wrong by
 
 
 @dataclass
@@ -74,6 +74,19 @@ class Engine:
         self.fine_runs += len(names)
         return dict(zip(names, self._pool.map(one, names), strict=True))
 
+    def soften(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]) -> None:
+        """Trust a number less the more it hangs on the baseline's coefficients: where a sheet snaps, no simulator foretells it.
+
+        A simulator that is wrong by `WOBBLE_Z` in each of them is wrong by so much there; added to what the mesh gets wrong.
+        """
+        columns = list(range(len(unknowns.nominal)))
+        _, slopes = self.slopes(unknowns, z, names, columns)
+        for name in names:
+            stage = self.stages[name]
+            one = stage.observed
+            wobble = WOBBLE_Z * np.linalg.norm(slopes[name], axis=1) * one.sigma_m
+            stage.observed = replace(one, mesh_m=np.hypot(one.mesh_m, wobble))
+
     def markers(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Markers (N, M, 3) on the coarse mesh, corrected by what refining changed."""
         return {name: run[0] for name, run in self._run([world], names).items()}
@@ -90,7 +103,8 @@ class Engine:
         low, high = unknowns.bounds()
         worlds, steps = [unknowns.world(z)], []
         for k in columns:
-            step = TWIN_Z if z[k] + TWIN_Z <= high[k] and (z[k] <= 0 or z[k] - TWIN_Z < low[k]) else -TWIN_Z
+            away = unknowns.all[k].twin_z
+            step = away if z[k] + away <= high[k] and (z[k] <= 0 or z[k] - away < low[k]) else -away
             moved = z.copy()
             moved[k] += step
             worlds.append(unknowns.world(moved))

@@ -12,7 +12,7 @@ from sim1.mismatch.search import Unknowns
 
 FREEDOM = 5.0  # of the Student-t likelihood
 FARTHEST_Z = 1.5  # a step changes no coefficient by more
-CONVERGED = 0.02  # relative change of the cost per sample that ends a search
+CONVERGED = 4e-4  # relative change of the cost that ends a search
 MOST_CORRELATED_S = 0.5
 
 
@@ -73,7 +73,6 @@ def fit(
     low, high = unknowns.bounds()
     z = np.clip(z, low, high)
     residuals, slopes = engine.slopes(unknowns, z, names)
-    samples = sum(len(r) for r in residuals.values()) / temper
     damping, converged, iteration = 0.0, False, 0
     for iteration in range(1, most + 1):
         progress(iteration / most)
@@ -104,7 +103,7 @@ def fit(
             break
         gain = cost - better[1]
         z, residuals, slopes = better[0], new, new_slopes
-        if gain < max(0.3, CONVERGED * 1e-2 * samples):
+        if gain < 0.3 + CONVERGED * cost:
             converged = True
             break
     return Fit(

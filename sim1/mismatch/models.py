@@ -12,10 +12,10 @@ from sim1.mismatch.judge import foretold
 from sim1.mismatch.screen import Candidate, screen, site_of
 from sim1.mismatch.search import Term, Unknowns
 
-PASSES = 3  # of measuring the mesh's error anew and fitting again
+PASSES = 2  # of measuring the mesh's error anew and fitting again
 SETTLED = 0.1  # a pass that moves every coefficient by less, in prior standard deviations, ends the calibration
 SHORTLIST = 6
-FIRST, MORE = 2, 5  # iterations of a candidate's first round, and of the leaders' second
+FIRST, MORE = 2, 6  # iterations of a candidate's first round, and of the leaders' second
 LEADERS = 3
 HOPELESS = 150.0  # nats behind the leader after the first round
 WORTH = 2.0  # nats that a candidate must promise to be fitted
@@ -50,6 +50,7 @@ def calibrate(
     temper, found = 8.0, None
     for number in range(passes):
         engine.refine(unknowns.world(z), names)
+        engine.soften(unknowns, z, names)
         found = fit(
             engine, unknowns, z, names, temper=temper, progress=lambda share, n=number: progress((n + share) / passes)
         )
@@ -57,8 +58,7 @@ def calibrate(
         z, temper = found.z, max(LEAST_TEMPER, temper_of(engine, found.residuals, names))
         if number and moved < SETTLED:
             break
-    engine.refine(unknowns.world(z), names)
-    return fit(engine, unknowns, z, names, temper=temper, most=3)
+    return replace(found, temper=temper)
 
 
 def judged(engine: Engine, found: Fit, temper: float, variants: int = 1) -> Model:
@@ -116,7 +116,10 @@ def _fitted(
         z = np.concatenate([base.z, np.zeros(unknowns.count - len(base.z))])
         try:
             return judged(
-                engine, fit(engine, unknowns, z + share * (start - z), names, temper=temper), temper, variants
+                engine,
+                fit(engine, unknowns, z + share * (start - z), names, temper=temper, most=FIRST),
+                temper,
+                variants,
             )
         except NotConverged:
             continue

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.cloth.effects import EFFECTS, Effect, Site
-from sim1.mismatch.engine import TWIN_Z, Engine
+from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, _bounded_step, weights
 from sim1.mismatch.search import Term
 
@@ -73,7 +73,7 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
             if c.shape:
                 continue
             values = {other.name: other.centre for other in term.coefficients}
-            step = TWIN_Z if c.centre + 0.5 * c.scale * TWIN_Z <= c.high else -TWIN_Z
+            step = c.twin_z if c.centre + 0.5 * c.scale * c.twin_z <= c.high else -c.twin_z
             values[c.name] = c.value(step)
             worlds.append(effect.alter(base, values))
             steps.append(step)

@@ -9,6 +9,7 @@ Net = namedtuple(
         "faces",  # (F, 3)
         "first",  # (C + 1,) where the nodes of each stencil start
         "node",  # (n,) vertices of the stencils
+        "centre",  # (C,) vertex in the middle of each stencil
         "second",  # (n, 3) weights of d2/du2, d2/dv2, d2/dudv [1/m^2]
         "slope",  # (n, 2) weights of d/du, d/dv [1/m]
         "star_first",  # (V + 1,) where the faces around each vertex start

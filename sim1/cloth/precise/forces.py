@@ -35,7 +35,7 @@ OWN_SHARE = (
 CONTACT_N_M3 = 6e4  # pressure per depth: cloth of 0.3 kg/m^2 sinks 0.05 mm into the table
 CLING_M = 5e-4  # adhesion fades out over this gap
 STRIBECK_M_S = 0.01  # sliding faster than this, nothing is left of stiction
-GRIP_M_N = 1e-5  # compliance per vertex of a grip that "holds exactly": 10 um at 1 N
+GRIP_M_N = 5e-5  # compliance per vertex of a grip that "holds exactly": 5 um at 0.1 N
 DAHL_1_M = 5.0  # curvature over which the friction moment of bending turns round
 
 

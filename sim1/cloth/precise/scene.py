@@ -44,6 +44,7 @@ class Scene:
     frame_s: np.ndarray  # (N,) times of the markers' frames on their own clock
     start: np.ndarray  # (V, 3) shape near which it rests
     start_velocity: np.ndarray | None  # (V, 3); None: it starts at rest
+    clamped: np.ndarray  # (C,) stencils on the rim of a clamp
     order: np.ndarray  # (V,) vertex of the bundle's (refined) mesh that each simulated vertex is
 
     def paths(self, world: World) -> np.ndarray:
@@ -242,6 +243,7 @@ def prepare(
         faces=sheet.faces.astype(np.int64),
         first=stencils.first.astype(np.int64),
         node=stencils.node.astype(np.int64),
+        centre=stencils.centre.astype(np.int64),
         second=np.ascontiguousarray(stencils.second),
         slope=np.ascontiguousarray(stencils.slope),
         star_first=stars[0],
@@ -265,8 +267,21 @@ def prepare(
         frame_s=frame_s,
         start=shape,
         start_velocity=velocity,
+        clamped=_clamped(net),
         order=order,
     )
+
+
+def _clamped(net: Net) -> np.ndarray:
+    """Stencils (C,) around a held vertex with held neighbours on one side and free ones on the other."""
+    held = np.zeros(len(net.star_first) - 1, bool)
+    held[net.held] = True
+    found = []
+    for c in range(len(net.first) - 1):
+        nodes = net.node[net.first[c] : net.first[c + 1]]
+        share = held[nodes].mean()
+        found.append(held[net.centre[c]] and 0.5 < share < 1.0)
+    return np.array(found)
 
 
 def _held(hold: Hold, places_m: np.ndarray, parents: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

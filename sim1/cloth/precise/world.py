@@ -7,6 +7,7 @@ import numpy as np
 from sim1.cloth.precise import arrays
 from sim1.cloth.precise.mesh import Sheet
 
+CLAMP = 2.0  # bending energy of a cell of which half is held
 NEVER = 1e9  # a threshold that nothing reaches
 
 
@@ -60,13 +61,15 @@ def gravity(world: World) -> np.ndarray:
     return about_y @ about_x @ np.array(world.gravity_m_s2)
 
 
-def pack(sheet: Sheet, worlds: list[World], grip_sizes: np.ndarray) -> arrays.Cloth:
-    """Arrays of P worlds on one mesh; `grip_sizes` is how many vertices a grip holds on average."""
-    rows = [_row(sheet, world, grip_sizes) for world in worlds]
+def pack(sheet: Sheet, worlds: list[World], grip_size: float, clamped: np.ndarray | None = None) -> arrays.Cloth:
+    """Arrays of P worlds on one mesh; `grip_size` is how many vertices a grip holds on average, `clamped` (C,) which stencils
+    lie on the rim of a clamp.
+    """
+    rows = [_row(sheet, world, grip_size, clamped) for world in worlds]
     return arrays.Cloth(*(np.ascontiguousarray(np.stack(column)) for column in zip(*rows, strict=True)))
 
 
-def _row(sheet: Sheet, world: World, grip_size: float) -> tuple[np.ndarray, ...]:
+def _row(sheet: Sheet, world: World, grip_size: float, clamped: np.ndarray | None) -> tuple[np.ndarray, ...]:
     scale_u, scale_v = world.scale
     grown = scale_u * scale_v
     stencils = sheet.stencils
@@ -81,6 +84,8 @@ def _row(sheet: Sheet, world: World, grip_size: float) -> tuple[np.ndarray, ...]
     bend = world.bending_n_m * turns * np.array([scale_u**-4, scale_v**-4, 2.0 * grown**-2])
     soft = _patch(sheet.material_m[stencils.centre], world.stiff_patch)
     bend_area = stencils.area_m2 * grown
+    if clamped is not None:  # only the free half of such a cell bends: by the same angle over half the length
+        soft = np.where(clamped, CLAMP * soft, soft)
     curl = np.zeros((len(bend_area), 3))
     curl[:, 0], curl[:, 1] = world.curl_1_m[0] * scale_u**2, world.curl_1_m[1] * scale_v**2
     s = np.zeros(arrays.SCALARS)

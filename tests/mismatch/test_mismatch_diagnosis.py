@@ -1,0 +1,85 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from small_bundle import empty_bundle, filmed
+
+from sim1.cloth.physics import read_physics
+from sim1.mismatch.diagnose import diagnose
+from sim1.mismatch.findings import run_diagnosis
+from sim1.mismatch.predict import predict_files
+from sim1.mismatch.verdict import read_verdict
+from sim1.recording.bundle import write_bundle
+from sim1.stage import BadInput
+
+
+@pytest.fixture(scope="module")
+def dragged(tmp_path_factory):
+    """A bundle with concealed drag, and what the diagnosis wrote of it."""
+    folder = tmp_path_factory.mktemp("dragged")
+    bundle = filmed(empty_bundle(), air_normal=3.0)
+    write_bundle(folder / "bundle", bundle)
+    shares = []
+    verdict = run_diagnosis(folder / "bundle", folder / "out", lambda share, what: shares.append(share))
+    return bundle, folder, verdict, shares
+
+
+def test_concealed_drag_is_named_with_its_coefficient_in_the_interval(dragged):
+    _, _, verdict, _ = dragged
+    assert verdict.verdict == "named"
+    assert verdict.missing_physics[0].name == "air_drag"
+    found = verdict.missing_physics[0].parameters["c_normal"]
+    assert found.value == pytest.approx(3.0, rel=0.15)
+    assert verdict.rmse_m.augmented.heldout < 0.5 * verdict.rmse_m.baseline.heldout
+
+
+def test_the_files_read_back_and_the_page_says_the_verdict(dragged):
+    _, folder, verdict, shares = dragged
+    out = folder / "out"
+    assert read_verdict(out / "verdict.json") == verdict
+    assert json.loads((out / "verdict.json").read_text())["schema"] == "sim1.verdict/1"
+    assert [effect["name"] for effect in read_physics(out / "model.yaml").effects] == ["air_drag"]
+    assert read_physics(out / "baseline.yaml").effects == ()
+    assert "air_drag" in (out / "report.html").read_text()
+    assert not list(out.glob("*.part"))
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_prediction_from_the_model_beats_the_baseline_from_rest_and_drives_alone(dragged):
+    bundle, folder, _, _ = dragged
+    short = []
+    for recording in bundle.recordings:
+        rows = recording.time_s <= 0.5
+        short.append(replace(recording, time_s=recording.time_s[rows], markers_m=recording.markers_m[rows]))
+    write_bundle(folder / "short", replace(bundle, recordings=tuple(short)))
+    errors = {}
+    for model in ("model", "baseline"):
+        target = folder / f"{model}.parquet"
+        rows = predict_files(folder / "short", folder / "out" / f"{model}.yaml", target, lambda share, what: None)
+        table = pd.read_parquet(target)
+        assert len(table) == rows
+        assert list(table.columns) == ["recording", "time_s", "marker", "x_m", "y_m", "z_m"]
+        squares = []
+        for recording in bundle.recordings:
+            part = table[table.recording == recording.name]
+            places = part[["x_m", "y_m", "z_m"]].to_numpy().reshape(-1, len(bundle.anchors.marker), 3)
+            assert part.time_s.max() == pytest.approx(2.0, abs=1 / 60)
+            squares.append(np.square(places[: len(recording.time_s)] - recording.markers_m).mean())
+        errors[model] = float(np.sqrt(np.mean(squares)))
+    assert errors["model"] < 0.6e-3
+    assert errors["model"] < 0.5 * errors["baseline"]
+
+
+def test_nothing_concealed_is_called_nothing():
+    found = diagnose(filmed(empty_bundle(), seed=3))
+    assert found.verdict == "none"
+    assert found.chosen.terms == ()
+
+
+def test_one_recording_is_no_diagnosis():
+    bundle = empty_bundle()
+    with pytest.raises(BadInput, match="1 recording"):
+        diagnose(replace(bundle, recordings=bundle.recordings[:1]))
