@@ -21,12 +21,13 @@ LAST = 3  # iterations of the fit to everything
 
 @dataclass(frozen=True, kw_only=True)
 class Thresholds:
-    """When a difference counts, in nats of foretold motion; calibrated on bundles with nothing missing."""
+    """When a difference counts, in nats of evidence. Chosen on a handful of bundles; not yet calibrated on nulls."""
 
-    named: float = 8.0  # that an effect must gain over the baseline
+    named: float = 15.0  # that an effect must gain over the baseline
     second: float = 8.0  # that another must gain over the first
     second_share: float = 0.15  # and in units of the first's gain: another formula or mesh leaves that much unexplained
     margin: float = 4.0  # over the runner-up
+    margin_share: float = 0.03  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     explained: float = 0.5  # of the baseline's excess over noise and mesh that a named model must explain
     misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
@@ -183,6 +184,12 @@ def mean_square(fit: Fit) -> float:
     return float(np.mean(np.minimum(values**2, 25.0)))
 
 
+def _contained(small: tuple[str, ...], large: tuple[str, ...]) -> bool:
+    """Whether one model is the other with less: wind brings drag with it."""
+    inside = {"air_drag"} if "wind" in large else set()
+    return small != large and set(small) <= set(large) | inside
+
+
 def decide(
     null: Model, ranked: list[Model], thresholds: Thresholds
 ) -> tuple[str, Model, list[Model], dict[str, float]]:
@@ -194,11 +201,13 @@ def decide(
     if not best.terms or gain[id(best)] < thresholds.named:
         misfit["chosen"] = before
         return ("none" if before < thresholds.misfit else "unknown"), null, [], misfit
-    # The simplest model that is within reach of the best.
+    # The simplest model within reach of the best: fewer effects, or a family that the best one's contains.
     for model in ranked:
-        if model.terms and len(model.terms) < len(best.terms) and gain[id(best)] - gain[id(model)] < thresholds.second:
+        simpler = len(model.terms) < len(best.terms) or _contained(model.terms, best.terms)
+        reach = max(thresholds.second, thresholds.second_share * gain[id(model)])
+        if model.terms and simpler and gain[id(best)] - gain[id(model)] < reach:
             best = model
-            break
+    close = max(thresholds.margin, thresholds.margin_share * gain[id(best)])
     after = mean_square(best.fit)
     misfit["chosen"] = after
     floor = 1.0
@@ -209,7 +218,9 @@ def decide(
         if model.terms
         and model is not best
         and not set(best.terms) <= set(model.terms)
-        and gain[id(best)] - gain[id(model)] < thresholds.margin
+        and not _contained(best.terms, model.terms)
+        and len(model.terms) <= len(best.terms)
+        and gain[id(best)] - gain[id(model)] < close
     ]
     if after > thresholds.misfit and explained < thresholds.explained:
         return "unknown", best, rivals, misfit

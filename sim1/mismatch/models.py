@@ -19,7 +19,7 @@ FIRST, MORE = 2, 6  # iterations of a candidate's first round, and of the leader
 LEADERS = 3
 HOPELESS = 150.0  # nats behind the leader after the first round
 WORTH = 2.0  # nats that a candidate must promise to be fitted
-LEAST_TEMPER = 1.5  # blocks that follow each other are never quite independent
+LEAST_TEMPER = 3.0  # blocks that follow each other share what the mesh gets wrong, however white the residual looks
 
 
 @dataclass(frozen=True, kw_only=True)

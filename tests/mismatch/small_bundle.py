@@ -94,6 +94,6 @@ def filmed(bundle: Bundle, noise_m: float = 3e-4, seed: int = 0, **concealed) ->
     world: World = replace(unknowns.world(z), **concealed)
     recordings = []
     for recording in bundle.recordings:
-        markers = simulate(prepare(bundle, recording, 1 / 160, finer=1), [world]).markers_m[0]
+        markers = simulate(prepare(bundle, recording, 1 / 240, finer=2), [world]).markers_m[0]
         recordings.append(replace(recording, markers_m=markers + noise_m * stream.standard_normal(markers.shape)))
     return replace(bundle, recordings=tuple(recordings))
