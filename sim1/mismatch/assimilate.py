@@ -114,8 +114,8 @@ def _goals(scene: Scene, markers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         at = np.clip(scene.time_s, time[0], time[-1])
         near = np.abs(time[seen][:, None] - scene.time_s[None]).min(0) < 0.1
         goal[near, m], speed[near, m] = curve(at)[near], curve(at, 1)[near]
-    speed[scene.time_s > time[-1]] = 0.0
-    goal[scene.time_s > time[-1]] = np.nan
+    ends = (scene.time_s < time[0] + 2 * SMOOTH_S) | (scene.time_s > time[-1] - 2 * SMOOTH_S)
+    goal[ends] = np.nan  # smoothing bends the path at its ends, which would pass for a force
     return goal, np.where(np.isfinite(goal), speed, np.nan)
 
 
