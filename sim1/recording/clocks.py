@@ -7,6 +7,7 @@ import numpy as np
 from sim1.stage import BadInput
 
 SLOWEST_S = 0.5  # median step: slower, and nothing of a motion is left, or the stamps are milliseconds
+CLOSEST_S = 1e-8  # two samples closer than this are one, stamped twice; single precision alone leaves more
 LONGEST_S = 3600.0
 
 
@@ -25,7 +26,7 @@ def check_clock(place: str, time_s: np.ndarray, row_of: Callable[[int], int]) ->
             f"{place}: row {row_of(at)}: the clock runs back from {time_s[at - 1]} s to {time_s[at]} s; "
             "sort or repair the time stamps"
         )
-    if (same := step <= 0).any():
+    if (same := step < CLOSEST_S).any():
         at = int(np.argmax(same)) + 1
         raise BadInput(
             f"{place}: row {row_of(at)}: the clock stands still from {time_s[at - 1]} s to {time_s[at]} s; "

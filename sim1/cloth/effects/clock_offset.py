@@ -14,7 +14,7 @@ class ClockOffset(Effect):
 
     name: ClassVar[str] = "clock_offset"
     signature: ClassVar[str] = "everything is early or late by the same time, free decay too"
-    source: ClassVar[str] = "pure delay"
+    source: ClassVar[str] = "pure delay of one clock against the other"
     typical: ClassVar[str] = "10 to 300 ms"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="offset", unit="s", scale=0.03, low=-0.5, high=0.5),
