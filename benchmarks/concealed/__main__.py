@@ -1,6 +1,6 @@
 """`python -m benchmarks.concealed make|many|list`: bundles with something concealed, and the answers in files of their own."""
 
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Annotated
 
@@ -37,7 +37,7 @@ def many(
     parallel: Annotated[int, typer.Option(help="processes")] = 1,
     held_out: bool = True,
 ) -> None:
-    """Film several cases; those that are there already stay."""
+    """Film several cases; those that are there already stay. A case that fails is told and does not stop the others."""
     todo = [
         case
         for case in (
@@ -45,13 +45,15 @@ def many(
         )
         if not (out / case.folder / "answers.json").exists()
     ]
-    if parallel == 1:
-        for case in todo:
-            typer.echo(_film(case, out, held_out))
-        return
+    failed = 0
     with ProcessPoolExecutor(parallel) as pool:
-        for line in pool.map(_film, todo, [out] * len(todo), [held_out] * len(todo)):
-            typer.echo(line)
+        films = {pool.submit(_film, case, out, held_out): case for case in todo}
+        for film in as_completed(films):
+            error = film.exception()
+            failed += error is not None
+            typer.echo(f"{films[film].folder}: {film.result() if error is None else f'FAILED: {error}'}")
+    if failed:
+        raise typer.Exit(1)
 
 
 @app.command("list")

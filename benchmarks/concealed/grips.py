@@ -77,10 +77,10 @@ def held_at(poses: Poses, holds: Holds) -> np.ndarray:
     return poses.position_m[:, holds.drive] + np.einsum("tkij,kj->tki", rotation, holds.places_m)
 
 
-def between(start: Poses, end: Poses, share: np.ndarray) -> Poses:
-    """From one pose (T = 1) to another, at shares (T,) of the way."""
+def between(start: Poses, end: Poses, turning: np.ndarray, shifting: np.ndarray) -> Poses:
+    """From one pose (T = 1) to another, at shares (T,) of the turn and of the way."""
     turn = Rotation.from_matrix(np.swapaxes(start.rotation[0], -1, -2) @ end.rotation[0]).as_rotvec()
-    partial = Rotation.from_rotvec((share[:, None, None] * turn).reshape(-1, 3)).as_matrix()
-    rotation = start.rotation[0] @ partial.reshape(len(share), -1, 3, 3)
-    position = start.position_m[0] + share[:, None, None] * (end.position_m[0] - start.position_m[0])
+    partial = Rotation.from_rotvec((turning[:, None, None] * turn).reshape(-1, 3)).as_matrix()
+    rotation = start.rotation[0] @ partial.reshape(len(turning), -1, 3, 3)
+    position = start.position_m[0] + shifting[:, None, None] * (end.position_m[0] - start.position_m[0])
     return Poses(position, rotation)

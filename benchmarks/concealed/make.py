@@ -60,7 +60,7 @@ def _offsets(case: Case) -> dict[str, np.ndarray]:
     """A robot reports its tool centre point; the cloth is some centimetres from it."""
     rng = case.stream("offsets")
     scale = np.array([0.01, 0.04, 0.02]) * (rng.random() < 0.6)
-    return {drive: rng.uniform(-1, 1, 3) * scale for drive in ("left", "right", "bar", "top", "bottom", "pin")}
+    return {drive: rng.uniform(-1, 1, 3) * scale for drive in ("left", "right", "bar", "front", "back", "pin")}
 
 
 def _take(case: Case, stage: Stage, plan: Plan, effects: Sequence[Effect], track: Track) -> Take:

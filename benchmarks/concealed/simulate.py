@@ -88,7 +88,8 @@ class Simulation:
     def _relax(self, state: State, decay_per_s: float = 8.0, longest_s: float = 12.0) -> float:
         """Follow the drives from the flat sheet to their first pose; stop when nothing moves. Returns the fastest speed left.
 
-        Damped by the mass and hardly by the stretch rate: long steps are stable, and the equilibrium is the same.
+        Grips turn first and come together then: the turn decides to which side the sheet bows. Damped by the mass and hardly
+        by the stretch rate: long steps are stable, and the equilibrium is the same.
         """
         world = self.world
         damping = 5e-5
@@ -98,8 +99,9 @@ class Simulation:
         flat = flat_poses(world.motion, world.holds)
         keep = float(np.exp(-decay_per_s * step / number))
         count, speed = 0, np.inf
-        share = rise(np.arange(1, int(FOLLOW_S / step) + 2) * step, 0.0, FOLLOW_S)
-        targets = held_at(between(flat, first, share), world.holds)
+        follow = np.arange(1, int(FOLLOW_S / step) + 2) * step
+        turning, shifting = rise(follow, 0.0, 0.5 * FOLLOW_S), rise(follow, 0.4 * FOLLOW_S, 0.6 * FOLLOW_S)
+        targets = held_at(between(flat, first, turning, shifting), world.holds)
         state.drive_rotation = first.rotation[0]
         while count * step < longest_s:
             self._advance(state, membrane, plate, targets[min(count, len(targets) - 1)], step, number, keep)
@@ -149,6 +151,11 @@ class Simulation:
                 impulse, _ = self._contact.take_impulses()
                 force[frame] = gap.force(state, acceleration) + impulse / KEEP_EVERY_S
                 before = state.v.copy()
+        if not np.isfinite(state.x).all():
+            names = ", ".join(effect.name for effect in self.effects) or "no effect"
+            raise FloatingPointError(
+                f"{world.motion.name} with {names} became unstable: try a smaller amplitude or step"
+            )
         return Course(np.arange(kept + 1) * KEEP_EVERY_S, x, force, shift, load, rest_speed)
 
     def _advance(self, state, membrane, plate, target, step: float, number: int, keep: float = 1.0) -> None:

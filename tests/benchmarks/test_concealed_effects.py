@@ -362,6 +362,7 @@ def test_effects_outside_the_table_push_where_they_should():
     assert force(jet, world, state)[2].sum() < -1e-4
     wet = Drying({"mass": 0.01, "time": 1.0}, {"centre_u": 0.1, "centre_v": 0.1, "radius": 0.05})
     wet.begin(world)
+    state.time_s = 1.5
     assert force(wet, world, state)[2].sum() == pytest.approx(-0.01 * 9.81 * np.exp(-1), rel=1e-6)
     shaking = GripperVibration({"amplitude": 0.002, "rate": 10.0}, {"x": 0.0, "y": 1.0, "z": 0.0})
     times = np.arange(0, 2, 1e-3)

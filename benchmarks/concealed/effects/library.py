@@ -34,6 +34,7 @@ SWINGS = ("swing_out", "fast_swing", "twist", "bar_swing", "bar_roll", "bars_wav
 BENDS = ("bar_tilt", "bars_squeeze", "bars_wave", "bar_swing", "spread")
 PULLS = ("centre_pull", "bars_shear", "spread")
 HANGS = ("swing_out", "twist", "bar_swing", "bar_tilt", "bars_wave", "bars_squeeze", "heave")
+UPRIGHT = ("swing_out", "twist", "bar_swing", "bar_tilt", "heave", "fast_swing")
 TABLE = ("drag_raised", "lift_off", "peel", "lay_down", "shuttle", "inch")
 
 
@@ -248,11 +249,11 @@ LIBRARY: dict[str, Recipe] = {
     "clock_offset": Recipe(_clock_offset, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 5.0), loose=True),
     "frame_offset": Recipe(_frame_offset, (*HANGS, *PULLS), (0.05, 5.0), loose=True),
     "gravity_tilt": Recipe(_gravity_tilt, HANGS, (0.05, 4.0), loose=True),
-    "fan_jet": Recipe(_fan_jet, HANGS, (0.05, 6.0), in_table=False),
+    "fan_jet": Recipe(_fan_jet, UPRIGHT, (0.05, 6.0), in_table=False),
     "drying": Recipe(_drying, HANGS, (0.05, 4.0), in_table=False),
-    "hidden_thread": Recipe(_hidden_thread, HANGS, (0.02, 20.0), in_table=False),
-    "magnet": Recipe(_magnet, HANGS, (0.02, 10.0), in_table=False),
-    "static_charge": Recipe(_static_charge, HANGS, (0.02, 10.0), in_table=False),
+    "hidden_thread": Recipe(_hidden_thread, UPRIGHT, (0.02, 20.0), in_table=False),
+    "magnet": Recipe(_magnet, UPRIGHT, (0.02, 10.0), in_table=False),
+    "static_charge": Recipe(_static_charge, UPRIGHT, (0.02, 10.0), in_table=False),
     "viscoelastic_creep": Recipe(_viscoelastic_creep, BENDS, (0.1, 3.0), in_table=False),
     "viscous_friction": Recipe(_viscous_friction, TABLE, (0.1, 3.0), in_table=False),
     "gripper_vibration": Recipe(_gripper_vibration, SWINGS, (0.1, 4.0), in_table=False, loose=True),

@@ -49,7 +49,7 @@ class Drying(Effect):
 
     name: ClassVar[str] = "drying"
     formula: ClassVar[str] = (
-        "extra mass in a patch, mass * exp(-t / time) from the start of the recording: weight and inertia"
+        "extra mass in a patch, mass * exp(-(t - 0.5 s) / time) from half a second on: weight and inertia"
     )
 
     def begin(self, world: World) -> None:
@@ -63,7 +63,7 @@ class Drying(Effect):
         self._inertia = np.zeros((3, grid.count))
 
     def _left(self, state: State) -> float:
-        return 1.0 if state.relaxing else float(np.exp(-state.time_s / self.parameters["time"]))
+        return 1.0 if state.relaxing else float(np.exp(-max(state.time_s - 0.5, 0.0) / self.parameters["time"]))
 
     def advance(self, state: State, step_s: float) -> None:
         """Inertia of the extra mass from the velocity smoothed over 5 ms, so that it stays stable beside an explicit step."""

@@ -10,25 +10,25 @@ LEFT, RIGHT = 0, 1
 ALONG, OUT, UP = 0, 1, 2
 
 
-def _arc(cloth: Cloth, shift: np.ndarray, turn: np.ndarray, slack: float, toe_in: float) -> None:
-    """Corner grippers nearer than the sheet is wide and a little turned in, so that it hangs in an arc to one side.
+TAUT = 0.005
+"""Strain between the corners: without it their edge, which the sheet's weight presses together, may bow to either side."""
+
+
+def _from_corners(name: str, cloth: Cloth, columns: int, rows: int, parts, slack: float = -TAUT) -> Motion:
+    """Corner grippers; nearer than the sheet is wide by a share `slack`, they are turned in so that it hangs in an arc.
 
     Turned in by about half of what the arc would have at its ends: with more, the sheet may fold in two ways.
     """
-    shift[:, LEFT, ALONG] += slack / 2 * cloth.size_u_m
-    shift[:, RIGHT, ALONG] -= slack / 2 * cloth.size_u_m
-    turn[:, LEFT, UP] += toe_in
-    turn[:, RIGHT, UP] -= toe_in
+    toe_in = 1.2 * np.sqrt(max(slack, 0.0))
 
-
-def _from_corners(
-    name: str, cloth: Cloth, columns: int, rows: int, parts, slack: float = 0.05, toe_in: float = 0.25, deep: int = 2
-) -> Motion:
     def all_parts(t: np.ndarray, shift: np.ndarray, turn: np.ndarray) -> None:
-        _arc(cloth, shift, turn, slack, toe_in)
+        shift[:, LEFT, ALONG] += slack / 2 * cloth.size_u_m
+        shift[:, RIGHT, ALONG] -= slack / 2 * cloth.size_u_m
+        turn[:, LEFT, UP] += toe_in
+        turn[:, RIGHT, UP] -= toe_in
         parts(t, shift, turn)
 
-    return Motion(name, False, corners(columns, rows, deep), HANGING, hanging_origin(cloth), course_of(2, all_parts))
+    return Motion(name, False, corners(columns, rows), HANGING, hanging_origin(cloth), course_of(2, all_parts))
 
 
 def _from_bar(name: str, cloth: Cloth, columns: int, rows: int, parts) -> Motion:
@@ -76,7 +76,7 @@ def twist(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Mo
         shift[:, :, OUT] += arm * np.sin(theta)[:, None]
         turn[:, :, UP] += theta[:, None]
 
-    return _from_corners("twist", cloth, columns, rows, parts)
+    return _from_corners("twist", cloth, columns, rows, parts, slack=0.05)
 
 
 def corner_lift(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
@@ -85,9 +85,10 @@ def corner_lift(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator)
 
     def parts(t, shift, turn):
         theta = angle * there_and_back(t, MOVES_AT_S, 1.2, 0.4)
-        arm = cloth.size_u_m * (0.94 - 1 / (columns - 1))
+        arm = cloth.size_u_m * (1 + TAUT - 1 / (columns - 1))
         shift[:, RIGHT, ALONG] += arm * (np.cos(theta) - 1)
         shift[:, RIGHT, UP] += arm * np.sin(theta)
+        turn[:, :, OUT] -= theta[:, None]
 
     return _from_corners("corner_lift", cloth, columns, rows, parts)
 
@@ -99,17 +100,18 @@ def heave(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Mo
     def parts(t, shift, turn):
         shift[:, :, UP] += (amplitude * wave(t, MOVES_AT_S, 3.2, rate))[:, None]
 
-    return _from_corners("heave", cloth, columns, rows, parts)
+    return _from_corners("heave", cloth, columns, rows, parts, slack=0.05)
 
 
 def spread(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
-    """The corners slowly apart until the upper edge is stretched, then nearer than before."""
-    taut, near = 0.09 * rng.uniform(0.9, 1.1), 0.06 * rng.uniform(0.8, 1.2)
+    """The corners slowly apart until the upper edge is stretched, back, and apart again, in grips that lean forward."""
+    strain = 0.035 * rng.uniform(0.9, 1.1)
 
     def parts(t, shift, turn):
-        way = cloth.size_u_m * (taut * there_and_back(t, MOVES_AT_S, 0.9, 0.2) - near * rise(t, 2.7, 0.9))
+        way = cloth.size_u_m * strain * (there_and_back(t, MOVES_AT_S, 0.8, 0.2) + 0.7 * rise(t, 2.6, 0.8))
         shift[:, LEFT, ALONG] -= way / 2
         shift[:, RIGHT, ALONG] += way / 2
+        turn[:, :, ALONG] += 0.35
 
     return _from_corners("spread", cloth, columns, rows, parts)
 

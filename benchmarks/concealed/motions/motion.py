@@ -83,8 +83,8 @@ def bar(columns: int, rows: int, deep: int = 2) -> tuple[Block]:
 def bars(columns: int, rows: int, deep: int = 2) -> tuple[Block, Block]:
     """A clamp along row 0 and one along the last row."""
     return (
-        Block("top", (0, deep - 1), (0, columns - 1)),
-        Block("bottom", (rows - deep, rows - 1), (0, columns - 1)),
+        Block("front", (0, deep - 1), (0, columns - 1)),
+        Block("back", (rows - deep, rows - 1), (0, columns - 1)),
     )
 
 
