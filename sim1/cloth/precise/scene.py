@@ -1,5 +1,6 @@
 """A recording made ready to be simulated again and again in other worlds."""
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -184,7 +185,9 @@ def estimated_places(bundle: Bundle) -> dict[tuple[str, tuple[int, ...]], np.nda
             local = (seen - position[0]) @ turn[0]
             flat = np.column_stack([sheet.material_m[hold.vertices], np.zeros(len(hold.vertices))])
             if len(flat) > 1:
-                rotation, _ = Rotation.align_vectors(local - local.mean(0), flat - flat.mean(0))
+                with warnings.catch_warnings():  # vertices on one line leave the turn about it open: any will do
+                    warnings.simplefilter("ignore", UserWarning)
+                    rotation, _ = Rotation.align_vectors(local - local.mean(0), flat - flat.mean(0))
                 local = rotation.apply(flat - flat.mean(0)) + local.mean(0)
             found.setdefault(hold_key(hold), []).append(local)
     for recording in bundle.recordings:
