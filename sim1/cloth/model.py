@@ -113,7 +113,7 @@ def contacts_of(model: Any, config: CellConfig) -> tuple[Any, Any]:
 def solver_of(model: Any, garment: GarmentMesh, physics: ClothPhysics, config: CellConfig) -> Any:
     """The cloth solver of the cell: bodies are moved from outside and act on the cloth, not the reverse."""
     from sim1.cloth.avbd import AVBDConfig, SelfContact, SolverAVBD
-    from sim1.cloth.effects import effects_of
+    from sim1.cloth.effects import acted_effects
 
     layers = None
     if config.self_contact:
@@ -137,5 +137,5 @@ def solver_of(model: Any, garment: GarmentMesh, physics: ClothPhysics, config: C
             friction_speed_m_s=config.friction_speed_m_s,
             self_contact=layers,
         ),
-        effects=effects_of(physics.effects),
+        effects=acted_effects(physics.effects),
     )

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from avbd_sheets import G, Run, cloth, hold, square_grid
 
-from sim1.cloth.effects import EFFECTS, AirDrag, AnisotropicStretch, effects_of
+from sim1.cloth.effects import EFFECTS, AirDrag, AnisotropicStretch, acted_effects, effects_of
 from sim1.stage import BadInput
 
 DENSITY = 0.2
@@ -78,3 +78,11 @@ def test_every_effect_says_how_it_shows_and_where_its_formula_comes_from():
         assert effect.name == name
         assert len(effect.signature) > 30
         assert len(effect.source) > 10
+
+
+def test_physics_that_the_solver_cannot_act_is_refused_and_a_clock_is_none_of_its_business():
+    clock = {"name": "clock_offset", "parameters": {"offset": {"value": 0.02}}}
+    drag = {"name": "air_drag", "parameters": {"c_normal": {"value": 1.7}}}
+    assert acted_effects((clock, drag)) == (AirDrag(c_normal=1.7),)
+    with pytest.raises(BadInput, match=r"'adhesion'.*identification simulator.*baseline\.yaml"):
+        acted_effects(({"name": "adhesion", "parameters": {"pressure": {"value": 1.0}}},))

@@ -25,6 +25,7 @@ from sim1.cloth.effects.static_friction import StaticFriction
 from sim1.cloth.effects.stiff_region import StiffRegion
 from sim1.cloth.effects.strain_stiffening import StrainStiffening
 from sim1.cloth.effects.wind import Wind
+from sim1.stage import BadInput
 
 EFFECTS: dict[str, type[Effect]] = {
     effect.name: effect
@@ -78,6 +79,7 @@ __all__ = [
     "StiffRegion",
     "StrainStiffening",
     "Wind",
+    "acted_effects",
     "effect_of",
     "effects_of",
 ]
@@ -90,3 +92,23 @@ def effects_of(entries: tuple[dict, ...]) -> tuple[Effect, ...]:
         BadInput: unknown name or parameter, or a value that is not allowed.
     """
     return tuple(effect_of(entry, EFFECTS) for entry in entries)
+
+
+def acted_effects(entries: tuple[dict, ...]) -> tuple[Effect, ...]:
+    """Effects of a model file that `SolverAVBD` acts; those of rig and cameras are left to the laboratory.
+
+    Raises:
+        BadInput: as `effects_of`, or physics of the cloth that the solver cannot act: leaving it out silently would be a lie.
+    """
+    effects = effects_of(entries)
+    for effect in effects:
+        kind = type(effect)
+        if not effect.measured and kind.shape is Effect.shape and kind.push is Effect.push:
+            able = sorted(
+                name for name, e in EFFECTS.items() if e.shape is not Effect.shape or e.push is not Effect.push
+            )
+            raise BadInput(
+                f"effects: {effect.name!r} is known to the identification simulator alone, the cloth solver acts {able}; "
+                "simulate with baseline.yaml, which does without it"
+            )
+    return tuple(effect for effect in effects if not effect.measured)
