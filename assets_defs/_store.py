@@ -7,6 +7,7 @@ record `artifact.json`. Beside it may stand `GARMENT.part` (being made), `GARMEN
 
 import json
 import shutil
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from assets_defs._lock import Taken, exclusive
 from pipeline import Home, Node
 
 JOINT = "_"
+PATIENCE = 200  # times 5 ms, that a reader waits for a writer between its two renames
 
 
 class StoreError(RuntimeError):
@@ -51,7 +53,7 @@ class Place:
 
     def record(self) -> dict[str, Any] | None:
         """The artifact's record, or None where there is no whole artifact."""
-        self._recover()
+        self._await()
         try:
             return json.loads((self.final / RECORD).read_text())
         except (OSError, ValueError):
@@ -125,6 +127,18 @@ class Place:
         # Killed between the two renames of commit: the old artifact is whole, the new one may not be recorded anywhere.
         if self.old.exists() and not self.final.exists():
             self.old.rename(self.final)
+
+    def _await(self) -> None:
+        # A reader may come between the two renames of a writer that is alive: it waits, and repairs only if nobody writes.
+        for _ in range(PATIENCE):
+            if self.final.exists() or not self.old.exists():
+                return
+            try:
+                with exclusive(self._beside("lock")):
+                    self._recover()
+                    return
+            except Taken:
+                time.sleep(0.005)
 
     @contextmanager
     def locked(self) -> Iterator[None]:

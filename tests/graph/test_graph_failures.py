@@ -2,9 +2,11 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -124,3 +126,20 @@ def test_killed_between_the_two_renames_the_old_artifact_comes_back(made):
     at.final.rename(at.old)
     assert at.record() == good
     assert made.run().made == {}
+
+
+def test_a_reader_between_the_two_renames_waits_for_the_writer_and_takes_nothing_from_it(made):
+    at = place(made.home, made.graph.nodes["mesh"], "towel")
+    good = at.record()
+    shutil.copytree(at.final, at.part)
+    seen = []
+    with at.locked():
+        at.final.rename(at.old)
+        reader = threading.Thread(target=lambda: seen.append(at.record()))
+        reader.start()
+        time.sleep(0.1)
+        assert not seen
+        at.part.rename(at.final)
+        reader.join()
+    assert seen == [good]
+    assert at.old.is_dir()
