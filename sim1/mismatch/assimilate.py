@@ -5,21 +5,15 @@ model lacks, in newtons, without a double derivative of noisy data. It counts on
 simulator is right and the markers carry the same noise.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.ndimage import gaussian_filter1d
 
-from sim1.cloth.precise.scene import Scene
-from sim1.cloth.precise.simulate import NotConverged, Pull, simulate
+from sim1.cloth.precise.pull import Goals
 from sim1.cloth.precise.world import World
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.locate import REGION_SHARE, WINDOW_S, WINDOWS_SHOWN, Window
 from sim1.recording.bundle import Recording
-
-FOLLOW_HZ = 3.0  # how fast a marker follows its spring; slower than noise, faster than what a sheet's swing lacks
-SMOOTH_S = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,26 +52,20 @@ class Located:
 
 
 def locate_forces(engine: Engine, world: World, names: tuple[str, ...]) -> Located:
-    """Assimilate recordings into `world`, then the same with markers that the world itself made, plus noise."""
+    """Assimilate recordings into `world`; what noise alone would pull is the floor."""
+    recordings = {recording.name: recording for recording in engine.bundle.recordings}
+    tasks = [replace(engine.task(name, world), paths=True) for name in names]
+    kg = world.area_density_kg_m2 * engine.area_m2 / len(engine.bundle.anchors.marker)
     found = []
-    for number, name in enumerate(names):
-        stage = engine.stages[name]
-        recording = next(r for r in engine.bundle.recordings if r.name == name)
-        try:
-            forces, velocity = _assimilated(stage.coarse, world, recording.markers_m, engine, stage.rest_m)
-            twin = simulate(stage.coarse, [world], near=stage.rest_m).markers_m[0]
-            noise = np.random.default_rng(number).standard_normal(twin.shape) * _raw_noise(engine, recording)
-            twin[~recording.seen] = np.nan
-            floor, _ = _assimilated(stage.coarse, world, twin + noise, engine, stage.rest_m)
-        except NotConverged:
-            continue
+    for number, (name, run) in enumerate(zip(names, engine.workers(tasks), strict=True)):
+        time = engine.stages[name].scene.time_s
         found.append(
             Forces(
                 name=name,
-                time_s=stage.coarse.time_s,
-                force_n=forces,
-                floor_n=float(np.sqrt(np.mean(floor**2))),
-                velocity_m_s=velocity,
+                time_s=time,
+                force_n=run.pull_n,
+                floor_n=_floor_n(recordings[name], _raw_noise(engine, recordings[name]), kg, engine.follow_hz, number),
+                velocity_m_s=np.gradient(run.path_m, time, axis=0),
             )
         )
     return _summary(tuple(found))
@@ -88,35 +76,13 @@ def _raw_noise(engine: Engine, recording: Recording) -> float:
     return engine.noise_m * float(np.sqrt(max(1.0, 0.04 * rate)))
 
 
-def _assimilated(
-    scene: Scene, world: World, markers: np.ndarray, engine: Engine, near
-) -> tuple[np.ndarray, np.ndarray]:
-    mass = world.area_density_kg_m2 * scene.sheet.face_area_m2.sum() / markers.shape[1]
-    omega = 2 * np.pi * FOLLOW_HZ
-    goal, speed = _goals(scene, markers)
-    pull = Pull(stiffness_n_m=mass * omega**2, damping_n_s_m=2 * mass * omega, goal_m=goal, goal_m_s=speed)
-    run = simulate(scene, [world], near=near, pull=pull)
-    path = (run.shapes_m[:, scene.net.marker_node] * scene.net.marker_weight[..., None]).sum(2)
-    return run.pull_n, np.gradient(path, scene.time_s, axis=0)
-
-
-def _goals(scene: Scene, markers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Smoothed places and velocities (T, M, 3) of the markers at the steps; NaN in long gaps."""
-    time = scene.frame_s
-    rate = 1.0 / float(np.median(np.diff(time)))
-    goal, speed = np.full((2, len(scene.time_s), markers.shape[1], 3), np.nan)
-    for m in range(markers.shape[1]):
-        seen = np.isfinite(markers[:, m, 0])
-        if seen.sum() < 8:
-            continue
-        filled = np.stack([np.interp(time, time[seen], markers[seen, m, k]) for k in range(3)], axis=1)
-        curve = CubicSpline(time, gaussian_filter1d(filled, SMOOTH_S * rate, axis=0, mode="nearest"))
-        at = np.clip(scene.time_s, time[0], time[-1])
-        near = np.abs(time[seen][:, None] - scene.time_s[None]).min(0) < 0.1
-        goal[near, m], speed[near, m] = curve(at)[near], curve(at, 1)[near]
-    ends = (scene.time_s < time[0] + 2 * SMOOTH_S) | (scene.time_s > time[-1] - 2 * SMOOTH_S)
-    goal[ends] = np.nan  # smoothing bends the path at its ends, which would pass for a force
-    return goal, np.where(np.isfinite(goal), speed, np.nan)
+def _floor_n(recording: Recording, noise_m: float, kg: float, hz: float, seed: int) -> float:
+    """Force (rms per coordinate) that springs feel when nothing but noise moves their goals; the sheet hardly follows it."""
+    shake = np.random.default_rng(seed).standard_normal((len(recording.time_s), 8, 3)) * noise_m
+    goals = Goals.of(recording.time_s, shake)
+    place, speed = (np.stack([curve[k](recording.time_s[5:-5]) for curve in goals.curves]) for k in range(2))
+    omega = 2 * np.pi * hz
+    return float(kg * np.sqrt(np.mean((omega**2 * place + 2 * omega * speed) ** 2)))
 
 
 def _summary(forces: tuple[Forces, ...]) -> Located:

@@ -10,7 +10,7 @@ from sim1.recording.bundle import Recording
 BLOCK_S = (
     0.04  # frames are averaged over this time: 25 Hz resolves what a sheet does, and the fit works on fewer numbers
 )
-MESH_SHARE = 0.4  # of what refining the mesh changed: taken as the standard deviation of what it still gets wrong
+MESH_SHARE = 0.6  # of what refining the mesh changed: taken as the standard deviation of what it still gets wrong
 MESH_WINDOW_S = 0.3  # over which that is averaged
 MESH_FLOOR_M = 5e-5
 

@@ -14,9 +14,9 @@ from sim1.mismatch.search import baseline
 from sim1.recording.bundle import Bundle
 from sim1.stage import BadInput
 
-FINALISTS = 4  # models, the baseline among them, that are fitted again once the mesh's error is known at the best
-AGAIN = 4  # iterations of that
-LAST = 3  # iterations of the fit to everything
+FINALISTS = 3  # models, the baseline among them, that are fitted again once the mesh's error is known at the best
+AGAIN = 2  # iterations of that
+LAST = 1  # iterations of the fit to everything
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,60 +75,61 @@ def diagnose(
         raise BadInput(
             f"bundle.yaml: {len(bundle.recordings)} recording; a diagnosis needs two or more, one of them to test what the others taught"
         )
-    engine = Engine(bundle, noise_m=bundle.noise_std_m)
-    plain = baseline(bundle)
-    heldout = (held_out(engine),)
-    fitted = tuple(name for name in engine.names if name not in heldout)
-    progress(0.02, "calibrating the baseline")
-    base = calibrate(
-        engine,
-        plain,
-        np.zeros(plain.count),
-        fitted,
-        lambda share: progress(0.02 + 0.2 * share, "calibrating the baseline"),
-    )
+    with Engine(bundle, noise_m=bundle.noise_std_m) as engine:
+        return _diagnose(engine, bundle, thresholds, progress)
+
+
+def _diagnose(
+    engine: Engine, bundle: Bundle, thresholds: Thresholds, progress: Callable[[float, str], None]
+) -> Diagnosis:
+    plain, heldout = baseline(bundle), (held_out(bundle),)
+    everything = engine.names
+    fitted = tuple(name for name in everything if name not in heldout)
+    what = "calibrating the baseline"
+    progress(0.02, what)
+    base = calibrate(engine, plain, np.zeros(plain.count), fitted, lambda share: progress(0.02 + 0.28 * share, what))
     temper = base.temper
-    singles, screened = extended(engine, base, temper, fitted, lambda s, n: progress(0.25 + 0.3 * s, f"trying {n}"))
-    pool = [judged(engine, base, temper), *singles]
+    singles, screened = extended(engine, base, temper, fitted, lambda s, n: progress(0.3 + 0.25 * s, f"trying {n}"))
+    pool = [judged(base, temper), *singles]
     best = min(pool, key=lambda model: rating(model, thresholds))
     if best.terms:
+        progress(0.55, "fitting the best again")
         # The mesh errs otherwise where the effect acts: measured anew there, for every model alike.
         at, world = best.fit, best.fit.unknowns.world(best.fit.z)
         engine.refine(world, fitted)
-        engine.soften(at.unknowns, at.z, fitted)
-        pool = [
-            judged(engine, fit(engine, m.fit.unknowns, m.fit.z, fitted, temper=temper, most=AGAIN), temper, m.variants)
-            for m in sorted(pool, key=lambda m: (bool(m.terms), rating(m, thresholds)))[:FINALISTS]
-        ]
+        looked = engine.soften(at.unknowns, at.z, fitted)
+        finalists = sorted(pool, key=lambda m: (bool(m.terms), rating(m, thresholds)))[:FINALISTS]
+        pool = []
+        for model in finalists:
+            given = looked if model is best else None
+            again = fit(engine, model.fit.unknowns, model.fit.z, fitted, temper=temper, most=AGAIN, given=given)
+            pool.append(judged(again, temper, model.variants))
         best = min(pool, key=lambda model: rating(model, thresholds))
         temper = max(LEAST_TEMPER, temper_of(engine, best.fit.residuals, fitted))
-        pool = [judged(engine, model.fit, temper, model.variants) for model in pool]
+        pool = [judged(model.fit, temper, model.variants) for model in pool]
+    if best.terms:
         # A baseline that imitates the effect is a bad place to look for a second one from: look from the best single.
         pairs, _ = extended(
             engine,
             best.fit,
             temper,
             fitted,
-            lambda s, n: progress(0.58 + 0.2 * s, f"trying {n} beside {best.terms[0]}"),
+            lambda s, n: progress(0.65 + 0.15 * s, f"trying {n} beside {best.terms[0]}"),
             most=3,
             variants=best.variants,
         )
         pool += pairs
-    progress(0.8, "comparing")
     ranked = sorted(pool, key=lambda model: rating(model, thresholds))
     null = next(model for model in pool if not model.terms)
     verdict, chosen, rivals, misfit = decide(null, ranked, thresholds)
-    progress(0.85, "checking on motion held out")
-    rmse = {}
-    everything = engine.names
-    results, shown = {}, {}
+    progress(0.8, "checking on motion held out")
+    rmse, results, shown = {}, {}, {}
+    engine.refine(chosen.fit.unknowns.world(chosen.fit.z), heldout)
     for label, model in (("baseline", null), ("augmented", chosen)):
         if label == "augmented" and chosen is null:
             rmse[label], results[label], shown[label] = rmse["baseline"], results["baseline"], shown["baseline"]
             continue
-        world = model.fit.unknowns.world(model.fit.z)
-        markers = engine.refine(world, everything)
-        engine.soften(model.fit.unknowns, model.fit.z, everything)
+        markers = engine.foretell(model.fit.unknowns.world(model.fit.z), everything)
         shown[label] = {name: markers[name] for name in heldout}
         rmse[label] = {"fit": rmse_of(bundle, markers, fitted), "heldout": rmse_of(bundle, markers, heldout)}
         # For the model files every recording counts, the held-out one too: its figures are taken.
@@ -155,10 +156,10 @@ def diagnose(
     )
 
 
-def held_out(engine: Engine) -> str:
+def held_out(bundle: Bundle) -> str:
     """The recording that no fit sees: the one whose motion, by the drives alone, is most like another's."""
     features = {}
-    for recording in engine.bundle.recordings:
+    for recording in bundle.recordings:
         rows = []
         for hold in recording.holds:
             track = recording.drives[hold.drive]

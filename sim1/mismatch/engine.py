@@ -1,53 +1,69 @@
-"""Simulates all recordings of a bundle in any world, on two meshes, with slopes; recordings side by side in threads."""
+"""All recordings of a bundle in any world, with slopes: residuals in units of their standard deviation."""
 
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
 from sim1.cloth.precise.scene import Scene, prepare
-from sim1.cloth.precise.simulate import NotConverged, simulate
 from sim1.cloth.precise.world import World
 from sim1.mismatch.compare import Observed, block_noise_m, mesh_error, observe
 from sim1.mismatch.search import Unknowns
+from sim1.mismatch.workers import Done, Task, Workers
 from sim1.recording.bundle import Bundle
 
-COARSE_S, FINE_S = 1 / 120, 1 / 240  # steps: at 1/60 s a fast swing comes out millimetres wrong
-EXTRAPOLATE = 1 / 3  # what is still missing on the finer mesh, in units of what refining changed: second order
+STEP_S = 1 / 60  # of searches; what it gets wrong is measured by STEPS_S and corrected for
+STEPS_S = 1 / 240
+ENOUGH_VERTICES = 250  # a mesh of fewer is refined: slack sheets of 12 x 12 vertices fold millimetres off
 WOBBLE_Z = 0.03  # in prior standard deviations: what the simulator itself is taken to be wrong by
+FOLLOW_HZ = 2.0  # how fast a simulated marker follows the measured one while models are compared
+
+Looked = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]  # residuals (K,) and slopes (K, P) by recording
 
 
 @dataclass
 class _Stage:
-    """One recording: its two scenes, its data, and what was learnt from the last runs."""
+    """One recording: its scene, its data, and what was learnt from the last runs."""
 
-    coarse: Scene
-    fine: Scene
+    scene: Scene
     observed: Observed
-    defect_m: np.ndarray | float = 0.0  # (N, M, 3) added to what the coarse mesh says
-    rest_m: np.ndarray | None = None
-    fine_rest_m: np.ndarray | None = None
+    defect_m: np.ndarray | float = 0.0  # (N, M, 3) added to what the long step says
+    rest_m: np.ndarray | None = None  # (V, 3) where it rested last
 
 
 class Engine:
-    """The recordings of a bundle, ready to be simulated."""
+    """The recordings of a bundle, ready to be simulated; a context, as it owns processes."""
 
-    def __init__(self, bundle: Bundle, *, noise_m: float | None = None, threads: int | None = None):
-        self.bundle = bundle
+    def __init__(
+        self,
+        bundle: Bundle,
+        *,
+        noise_m: float | None = None,
+        processes: int | None = None,
+        follow_hz: float = FOLLOW_HZ,
+    ):
+        self.bundle, self.follow_hz = bundle, follow_hz
+        self.workers = Workers(bundle, processes)
         observed = [observe(recording) for recording in bundle.recordings]
         noise = block_noise_m(observed, list(bundle.recordings)) or noise_m or 1e-3
         self.noise_m = noise
+        self.finer = mesh_for(bundle)
         self.stages = {
             recording.name: _Stage(
-                coarse=prepare(bundle, recording, COARSE_S),
-                fine=prepare(bundle, recording, FINE_S, finer=1),
-                observed=replace(one, noise_m=noise),
+                scene=prepare(bundle, recording, STEP_S, self.finer), observed=replace(one, noise_m=noise)
             )
             for recording, one in zip(bundle.recordings, observed, strict=True)
         }
-        self._pool = ThreadPoolExecutor(threads or min(2, os.cpu_count() or 1))
-        self.coarse_runs = self.fine_runs = self.twin_runs = 0
+        self.area_m2 = float(next(iter(self.stages.values())).scene.sheet.face_area_m2.sum())
+        self.runs = self.twins = 0
+
+    def __enter__(self) -> Self:
+        """Itself."""
+        return self
+
+    def __exit__(self, *_) -> None:
+        """End the processes."""
+        self.workers.close()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -58,46 +74,45 @@ class Engine:
         """Data of a recording."""
         return self.stages[name].observed
 
-    def refine(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-        """Measure anew what the coarse mesh gets wrong in `world`; markers (N, M, 3), extrapolated."""
+    def refine(self, world: World, names: tuple[str, ...], *, step: bool = True) -> None:
+        """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for.
 
-        def one(name: str) -> np.ndarray:
+        Without `step` the correction stays.
+        """
+        other = self.finer - 1 if self.finer else self.finer + 1
+        kinds = [(self.finer, STEP_S), (other, STEP_S), *([(self.finer, STEPS_S)] if step else [])]
+        runs = self._run([self._task(name, (world,), *kind) for kind in kinds for name in names])
+        for k, name in enumerate(names):
+            working, rough, *exact = (run.markers_m[0] for run in runs[k :: len(names)])
             stage = self.stages[name]
-            fine = simulate(stage.fine, [world], near=stage.fine_rest_m)
-            coarse = simulate(stage.coarse, [world], near=stage.rest_m)
-            stage.fine_rest_m, stage.rest_m = fine.rest_m, coarse.rest_m
-            change = fine.markers_m[0] - coarse.markers_m[0]
-            stage.defect_m = (1 + EXTRAPOLATE) * change
-            stage.observed = replace(stage.observed, mesh_m=mesh_error(stage.observed, change))
-            return coarse.markers_m[0] + stage.defect_m
+            if step:
+                stage.defect_m = exact[0] - working
+            stage.observed = replace(stage.observed, mesh_m=mesh_error(stage.observed, working - rough))
 
-        self.fine_runs += len(names)
-        return dict(zip(names, self._pool.map(one, names), strict=True))
+    def foretell(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        """Markers (N, M, 3) from rest and drives alone, nothing pulled: what `sim1 predict` would say."""
+        tasks = [replace(self._task(name, (world,), self.finer, STEPS_S), follow_hz=0.0) for name in names]
+        return {name: run.markers_m[0] for name, run in zip(names, self._run(tasks), strict=True)}
 
-    def soften(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]) -> None:
+    def soften(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]) -> Looked:
         """Trust a number less the more it hangs on the baseline's coefficients: where a sheet snaps, no simulator foretells it.
 
         A simulator that is wrong by `WOBBLE_Z` in each of them is wrong by so much there; added to what the mesh gets wrong.
+        Returns what `slopes` would, now.
         """
-        columns = list(range(len(unknowns.nominal)))
-        _, slopes = self.slopes(unknowns, z, names, columns)
+        count = len(unknowns.nominal)
+        residuals, slopes = self.slopes(unknowns, z, names)
         for name in names:
-            stage = self.stages[name]
-            one = stage.observed
-            wobble = WOBBLE_Z * np.linalg.norm(slopes[name], axis=1) * one.sigma_m
-            stage.observed = replace(one, mesh_m=np.hypot(one.mesh_m, wobble))
-
-    def markers(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-        """Markers (N, M, 3) on the coarse mesh, corrected by what refining changed."""
-        return {name: run[0] for name, run in self._run([world], names).items()}
-
-    def residuals(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-        """Simulated less measured in units of its standard deviation, (K,) per recording."""
-        return {name: self._units(name, run) for name, run in self.markers(world, names).items()}
+            stage, before = self.stages[name], self.stages[name].observed.sigma_m
+            wobble = WOBBLE_Z * np.linalg.norm(slopes[name][:, :count], axis=1) * before
+            stage.observed = replace(stage.observed, mesh_m=np.hypot(stage.observed.mesh_m, wobble))
+            share = before / stage.observed.sigma_m
+            residuals[name], slopes[name] = residuals[name] * share, slopes[name] * share[:, None]
+        return residuals, slopes
 
     def slopes(
         self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...], columns: list[int] | None = None
-    ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    ) -> Looked:
         """Residuals (K,) and their derivatives (K, columns) over z."""
         columns = list(range(len(z))) if columns is None else columns
         low, high = unknowns.bounds()
@@ -111,12 +126,10 @@ class Engine:
             steps.append(step)
         return self.answers(worlds, np.array(steps), names)
 
-    def answers(
-        self, worlds: list[World], steps: np.ndarray, names: tuple[str, ...]
-    ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    def answers(self, worlds: list[World], steps: np.ndarray, names: tuple[str, ...]) -> Looked:
         """Residuals of the first world, and how they change, per unit, towards each of the others."""
         residuals, slopes = {}, {}
-        for name, run in self._run(worlds, names).items():
+        for name, run in self._markers(worlds, names).items():
             one = self.stages[name].observed
             lead = one.reduce(run[1:] - run[0]) / one.sigma_m
             residuals[name], slopes[name] = self._units(name, run[0]), (lead / steps[:, None]).T
@@ -126,17 +139,27 @@ class Engine:
         one = self.stages[name].observed
         return (one.reduce(markers) - one.measured_m) / one.sigma_m
 
-    def _run(self, worlds: list[World], names: tuple[str, ...]) -> dict[str, np.ndarray]:
-        def one(name: str) -> np.ndarray:
-            stage = self.stages[name]
-            try:
-                run = simulate(stage.coarse, worlds, near=stage.rest_m)
-            except NotConverged:  # perhaps from where the last rest was: once more from the markers
-                run = simulate(stage.coarse, worlds)
-            if stage.rest_m is None:
-                stage.rest_m = run.rest_m
-            return run.markers_m + stage.defect_m
+    def _markers(self, worlds: list[World], names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        runs = self._run([self._task(name, tuple(worlds), self.finer, STEP_S) for name in names])
+        return {name: run.markers_m + self.stages[name].defect_m for name, run in zip(names, runs, strict=True)}
 
-        self.coarse_runs += len(names)
-        self.twin_runs += len(names) * (len(worlds) - 1)
-        return dict(zip(names, self._pool.map(one, names), strict=True))
+    def task(self, name: str, world: World) -> Task:
+        """A simulation of one world as searches ask for it."""
+        return self._task(name, (world,), self.finer, STEP_S)
+
+    def _task(self, name: str, worlds: tuple[World, ...], finer: int, step_s: float) -> Task:
+        return Task(recording=name, worlds=worlds, finer=finer, step_s=step_s, follow_hz=self.follow_hz)
+
+    def _run(self, tasks: list[Task]) -> list[Done]:
+        runs = self.workers(tasks)
+        for task, run in zip(tasks, runs, strict=True):
+            if task.follow_hz and task.finer == self.finer:
+                self.stages[task.recording].rest_m = run.rest_m
+        self.runs += len(tasks)
+        self.twins += sum(len(task.worlds) - 1 for task in tasks)
+        return runs
+
+
+def mesh_for(bundle: Bundle) -> int:
+    """How often the bundle's mesh is refined before anything is simulated."""
+    return int(len(bundle.mesh.vertices_m) < ENOUGH_VERTICES)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
-from sim1.mismatch.engine import Engine
+from sim1.mismatch.engine import Engine, Looked
 from sim1.mismatch.search import Unknowns
 
 FREEDOM = 5.0  # of the Student-t likelihood
-FARTHEST_Z = 1.5  # a step changes no coefficient by more
+FARTHEST_Z = 3.0  # a step changes no coefficient by more
 CONVERGED = 4e-4  # relative change of the cost that ends a search
 MOST_CORRELATED_S = 0.5
 
@@ -67,22 +67,23 @@ def fit(
     *,
     temper: float,
     most: int = 8,
+    enough: float = CONVERGED,
+    given: Looked | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Fit:
-    """Search from `z` on the coarse mesh with the engine's present correction for it."""
+    """Search from `z` with the engine's present correction for its step; `most` = 0 only looks at `z`.
+
+    A step that gains less than `enough` of the cost is the last. `given` is what `Engine.slopes` says at `z`.
+    """
     low, high = unknowns.bounds()
     z = np.clip(z, low, high)
-    residuals, slopes = engine.slopes(unknowns, z, names)
-    damping, converged, iteration = 0.0, False, 0
+    residuals, slopes = given or engine.slopes(unknowns, z, names)
+    converged, iteration = False, 0
     for iteration in range(1, most + 1):
         progress(iteration / most)
-        normal, gradient = np.eye(len(z)) * (1.0 + damping), z.copy()
-        for name in names:
-            w = weights(residuals[name])
-            normal = normal + (slopes[name].T * w) @ slopes[name] / temper
-            gradient = gradient + slopes[name].T @ (w * residuals[name]) / temper
+        normal, gradient = normal_equations(residuals, slopes, z, names, temper)
         cost = cost_of(residuals, names, temper) + 0.5 * float(z @ z)
-        step = _bounded_step(normal, gradient, z, low, high)
+        step = bounded_step(normal, gradient, z, low, high)
         largest = np.abs(step).max()
         step *= min(1.0, FARTHEST_Z / max(largest, 1e-12))
         better = None
@@ -103,7 +104,7 @@ def fit(
             break
         gain = cost - better[1]
         z, residuals, slopes = better[0], new, new_slopes
-        if gain < 0.3 + CONVERGED * cost:
+        if gain < 0.3 + enough * cost:
             converged = True
             break
     return Fit(
@@ -118,7 +119,31 @@ def fit(
     )
 
 
-def _bounded_step(normal, gradient, z, low, high) -> np.ndarray:
+def normal_equations(
+    residuals: dict[str, np.ndarray],
+    slopes: dict[str, np.ndarray],
+    z: np.ndarray,
+    names: tuple[str, ...],
+    temper: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss-Newton matrix (P, P) and gradient (P,) of the negative log posterior."""
+    normal, gradient = np.eye(len(z)), z.copy()
+    for name in names:
+        w = weights(residuals[name])
+        normal = normal + (slopes[name].T * w) @ slopes[name] / temper
+        gradient = gradient + slopes[name].T @ (w * residuals[name]) / temper
+    return normal, gradient
+
+
+def promised(found: Fit) -> float:
+    """What one more step would gain if the slopes held, nats."""
+    low, high = found.unknowns.bounds()
+    normal, gradient = normal_equations(found.residuals, found.slopes, found.z, found.names, found.temper)
+    step = bounded_step(normal, gradient, found.z, low, high)
+    return -float(gradient @ step + 0.5 * step @ normal @ step)
+
+
+def bounded_step(normal, gradient, z, low, high) -> np.ndarray:
     """Newton step with coefficients that would leave their limits held there."""
     free = np.ones(len(z), bool)
     step = np.zeros(len(z))

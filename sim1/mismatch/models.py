@@ -7,28 +7,27 @@ import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import Fit, fit, temper_of
-from sim1.mismatch.judge import foretold
+from sim1.mismatch.fit import CONVERGED, Fit, fit, promised, temper_of
 from sim1.mismatch.screen import Candidate, screen, site_of
 from sim1.mismatch.search import Term, Unknowns
 
 PASSES = 2  # of measuring the mesh's error anew and fitting again
 SETTLED = 0.1  # a pass that moves every coefficient by less, in prior standard deviations, ends the calibration
 SHORTLIST = 6
-FIRST, MORE = 2, 6  # iterations of a candidate's first round, and of the leaders' second
+MORE = 4  # iterations of the leaders, after a first look at all
 LEADERS = 3
-HOPELESS = 150.0  # nats behind the leader after the first round
+HOPELESS = 60.0  # nats by which a candidate's promise may lie behind the leader's
+ROUGH = 0.02  # share of the cost below which the first pass, with the step's error unknown, does not go on
 WORTH = 2.0  # nats that a candidate must promise to be fitted
 LEAST_TEMPER = 3.0  # blocks that follow each other share what the mesh gets wrong, however white the residual looks
 
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """A fitted model with its score on motion that its fit has not seen."""
+    """A fitted model with its evidence."""
 
     terms: tuple[str, ...]  # names of the effects, sorted
     fit: Fit
-    foretold: np.ndarray  # nats lost per fold; smaller is better
     variants: int  # starts that its shapes were chosen from
 
     @property
@@ -49,10 +48,17 @@ def calibrate(
     """Fit and correct for the mesh in turn until neither moves the other."""
     temper, found = 8.0, None
     for number in range(passes):
-        engine.refine(unknowns.world(z), names)
-        engine.soften(unknowns, z, names)
+        engine.refine(unknowns.world(z), names, step=number > 0)
+        looked = engine.soften(unknowns, z, names)
         found = fit(
-            engine, unknowns, z, names, temper=temper, progress=lambda share, n=number: progress((n + share) / passes)
+            engine,
+            unknowns,
+            z,
+            names,
+            temper=temper,
+            enough=CONVERGED if number else ROUGH,
+            given=looked,
+            progress=lambda share, n=number: progress((n + share) / passes),
         )
         moved = float(np.abs(found.z - z).max())
         z, temper = found.z, max(LEAST_TEMPER, temper_of(engine, found.residuals, names))
@@ -61,13 +67,12 @@ def calibrate(
     return replace(found, temper=temper)
 
 
-def judged(engine: Engine, found: Fit, temper: float, variants: int = 1) -> Model:
+def judged(found: Fit, temper: float, variants: int = 1) -> Model:
     """A fit as a model among others, all with one temper."""
     found = replace(found, temper=temper)
     return Model(
         terms=tuple(sorted(term.effect.name for term in found.unknowns.terms)),
         fit=found,
-        foretold=foretold(engine, found, temper),
         variants=variants,
     )
 
@@ -87,22 +92,32 @@ def extended(
     candidates = screen(engine, base, site, names)
     worth = [c for c in candidates if c.gain > WORTH][:most]
     models = []
-    for number, candidate in enumerate(worth):  # a first round for all, more for those who lead it
-        progress(0.6 * number / len(worth), candidate.term.effect.name)
+    for number, candidate in enumerate(worth):  # a look at all where the screening sends them, more for those who lead
+        progress(0.5 * number / len(worth), candidate.term.effect.name)
         terms = (*base.unknowns.terms, candidate.term)
-        model = _fitted(engine, base, terms, candidate.start, temper, names, variants * candidate.variants)
+        model = _looked_at(engine, base, terms, candidate.start, temper, names, variants * candidate.variants)
         if model is not None:
             models.append(model)
-    models.sort(key=lambda model: model.score)
-    for number, model in enumerate(models[:LEADERS]):
-        if not model.fit.converged and model.score < models[0].score + HOPELESS:
-            progress(0.6 + 0.4 * number / LEADERS, ", ".join(model.terms))
-            more = fit(engine, model.fit.unknowns, model.fit.z, names, temper=temper, most=MORE)
-            models[number] = judged(engine, more, temper, model.variants)
-    return models, candidates
+    promises = [model.score - promised(model.fit) for model in models]
+    leaders = sorted(range(len(models)), key=lambda k: promises[k])[:LEADERS]
+    for number, k in enumerate(leaders):
+        if promises[k] < promises[leaders[0]] + HOPELESS:
+            model = models[k]
+            progress(0.5 + 0.5 * number / LEADERS, ", ".join(model.terms))
+            more = fit(
+                engine,
+                model.fit.unknowns,
+                model.fit.z,
+                names,
+                temper=temper,
+                most=MORE,
+                given=(model.fit.residuals, model.fit.slopes),
+            )
+            models[k] = judged(more, temper, model.variants)
+    return sorted(models, key=lambda model: model.score), candidates
 
 
-def _fitted(
+def _looked_at(
     engine: Engine,
     base: Fit,
     terms: tuple[Term, ...],
@@ -116,8 +131,7 @@ def _fitted(
         z = np.concatenate([base.z, np.zeros(unknowns.count - len(base.z))])
         try:
             return judged(
-                engine,
-                fit(engine, unknowns, z + share * (start - z), names, temper=temper, most=FIRST),
+                fit(engine, unknowns, z + share * (start - z), names, temper=temper, most=0),
                 temper,
                 variants,
             )

@@ -10,7 +10,7 @@ import numpy as np
 
 from sim1.cloth.effects import EFFECTS, Effect, Site
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import Fit, _bounded_step, weights
+from sim1.mismatch.fit import Fit, bounded_step, weights
 from sim1.mismatch.search import Term
 
 
@@ -30,14 +30,14 @@ def site_of(engine: Engine, fit: Fit) -> Site:
     world = fit.unknowns.world(fit.z)
     bundle = engine.bundle
     stage = next(iter(engine.stages.values()))
-    points = stage.coarse.sheet.material_m
-    weight = world.area_density_kg_m2 * stage.coarse.sheet.face_area_m2.sum() * 9.81
+    points = stage.scene.sheet.material_m
+    weight = world.area_density_kg_m2 * stage.scene.sheet.face_area_m2.sum() * 9.81
     grips = max(len(recording.holds) for recording in bundle.recordings)
     curvature = 20.0
     bends = []
     for one in engine.stages.values():
         if one.rest_m is not None:
-            stencils = one.coarse.sheet.stencils
+            stencils = one.scene.sheet.stencils
             second = np.add.reduceat(
                 stencils.second[:, :2, None] * one.rest_m[stencils.node][:, None], stencils.first[:-1], axis=0
             )
@@ -98,8 +98,8 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
         low, high = unknowns.with_terms(*unknowns.terms, term).bounds()
         picked = [*range(count), *(count + k for k in which)]
         start = np.concatenate([fit.z, np.zeros(len(columns))])
-        step = _bounded_step(normal, gradient, start, low[picked], high[picked])
-        alone = _bounded_step(normal0, gradient0, fit.z, low0, high0)
+        step = bounded_step(normal, gradient, start, low[picked], high[picked])
+        alone = bounded_step(normal0, gradient0, fit.z, low0, high0)
         gain = _fall(normal, gradient, step) - _fall(normal0, gradient0, alone)
         projected = own - cross.T @ np.linalg.solve(normal0, cross)
         samples = sum(len(residuals[n]) for n in names) * scale

@@ -12,6 +12,8 @@ from sim1.recording.bundle import Bundle
 
 POISSON_STD = 0.1  # where the bundle states none: woven cloth lies between 0 and 0.5
 PLACE_STD_M, PLACE_STD_RAD = 0.006, 0.05  # of held vertices whose places were estimated from resting markers
+LENGTH_STD = 7e-4  # of a sheet's length: what facets, and the formula of another mesh, leave open
+CLAMP_LOG_STD = 0.25  # of the stiffness at the rim of a clamp, likewise
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz")
 
 
@@ -139,4 +141,7 @@ def baseline(bundle: Bundle) -> Unknowns:
                 unit, std = ("m", PLACE_STD_M) if axis[0] == "t" else ("rad", PLACE_STD_RAD)
                 if axis[0] == "t" or len(key[1]) > 1:
                     found.append(Coefficient(name=f"place/{grip}/{axis}", unit=unit, scale=std))
+    for name in ("length_u", "length_v"):
+        found.append(Coefficient(name=name, unit="1", scale=LENGTH_STD, kind="log", centre=1.0))
+    found.append(Coefficient(name="clamp", unit="1", scale=CLAMP_LOG_STD, kind="log", centre=world.clamp))
     return Unknowns(base=world, nominal=tuple(found))

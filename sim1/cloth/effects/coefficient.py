@@ -19,7 +19,7 @@ class Coefficient:
     centre: float = 0.0  # of a strength: the value at which the effect is absent
     low: float = -math.inf
     high: float = math.inf
-    twin_z: float = 0.02  # how far a twin's value lies from the base's: linear still, and well above round-off
+    twin_z: float = 2e-5  # how far a twin's value lies from the base's: linear still, and well above round-off
     shape: bool = False  # says where or from when the effect acts, and nothing while its strength is 0
 
     def value(self, z: float) -> float:

@@ -17,7 +17,7 @@ class GripCompliance(Effect):
     source: ClassVar[str] = "linear spring"
     typical: ClassVar[str] = "50 to 2000 N/m"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
-        Coefficient(name="compliance", unit="m/N", scale=2e-3, low=0.0, twin_z=1e-3),
+        Coefficient(name="compliance", unit="m/N", scale=2e-3, low=0.0, twin_z=1e-6),
     )
 
     stiffness: float  # N/m, of a grip as a whole

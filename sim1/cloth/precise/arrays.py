@@ -65,5 +65,7 @@ Cloth = namedtuple(
     SLIP_RATE,
     STIFFENING,
     MODULUS,
-) = range(23)
-SCALARS = 23
+    PULL_STIFFNESS,
+    PULL_DAMPING,
+) = range(25)
+SCALARS = 25

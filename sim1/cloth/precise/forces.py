@@ -82,28 +82,42 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
     sides, strain, stress = memory_of(x, net)
     for f in range(len(net.faces)):
         i0, i1, i2 = net.faces[f, 0], net.faces[f, 1], net.faces[f, 2]
-        g = cloth.gradient[p, f]
-        side = sides[f]
+        g0u, g0v = cloth.gradient[p, f, 0, 0], cloth.gradient[p, f, 0, 1]
+        g1u, g1v = cloth.gradient[p, f, 1, 0], cloth.gradient[p, f, 1, 1]
+        g2u, g2v = cloth.gradient[p, f, 2, 0], cloth.gradient[p, f, 2, 1]
+        uu = vv = uv = 0.0
+        duu = dvv = duv = 0.0
         for k in range(3):
-            side[k] = g[0, 0] * x[i0, k] + g[1, 0] * x[i1, k] + g[2, 0] * x[i2, k]
-            side[3 + k] = g[0, 1] * x[i0, k] + g[1, 1] * x[i1, k] + g[2, 1] * x[i2, k]
-            side[6 + k] = g[0, 0] * v[i0, k] + g[1, 0] * v[i1, k] + g[2, 0] * v[i2, k]
-            side[9 + k] = g[0, 1] * v[i0, k] + g[1, 1] * v[i1, k] + g[2, 1] * v[i2, k]
-        side[12] = 0.5 * (side[0] * side[0] + side[1] * side[1] + side[2] * side[2] - 1.0)
-        side[13] = 0.5 * (side[3] * side[3] + side[4] * side[4] + side[5] * side[5] - 1.0)
-        side[14] = side[0] * side[3] + side[1] * side[4] + side[2] * side[5]
-        side[15] = side[0] * side[6] + side[1] * side[7] + side[2] * side[8]
-        side[16] = side[3] * side[9] + side[4] * side[10] + side[5] * side[11]
-        side[17] = side[0] * side[9] + side[1] * side[10] + side[2] * side[11]
-        side[17] += side[6] * side[3] + side[7] * side[4] + side[8] * side[5]
+            fu = g0u * x[i0, k] + g1u * x[i1, k] + g2u * x[i2, k]
+            fv = g0v * x[i0, k] + g1v * x[i1, k] + g2v * x[i2, k]
+            du = g0u * v[i0, k] + g1u * v[i1, k] + g2u * v[i2, k]
+            dv = g0v * v[i0, k] + g1v * v[i1, k] + g2v * v[i2, k]
+            uu += fu * fu
+            vv += fv * fv
+            uv += fu * fv
+            duu += fu * du
+            dvv += fv * dv
+            duv += fu * dv + du * fv
+            sides[f, k], sides[f, 3 + k] = fu, fv
+        uu, vv = 0.5 * (uu - 1.0), 0.5 * (vv - 1.0)
+        sides[f, 12], sides[f, 13], sides[f, 14] = uu, vv, uv
+        sides[f, 15], sides[f, 16], sides[f, 17] = duu, dvv, duv
+        third = cloth.area[p, f] / 3.0
         for c in range(3):
             i = net.faces[f, c]
-            share = cloth.area[p, f] / (3.0 * vertex_area[i])
-            for k in range(6):
-                strain[i, k] += share * side[12 + k]
+            strain[i, 0] += third * uu
+            strain[i, 1] += third * vv
+            strain[i, 2] += third * uv
+            strain[i, 3] += third * duu
+            strain[i, 4] += third * dvv
+            strain[i, 5] += third * duv
     for i in range(len(x)):
+        size = 1.0 / vertex_area[i]
+        for k in range(6):
+            strain[i, k] *= size
         _stress(strain[i], law, s, stress[i])
     own = np.empty(3)
+    share = (1.0 - OWN_SHARE) / 3.0
     for f in range(len(net.faces)):
         i0, i1, i2 = net.faces[f, 0], net.faces[f, 1], net.faces[f, 2]
         g = cloth.gradient[p, f]
@@ -111,9 +125,9 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
         side = sides[f]
         fux, fuy, fuz, fvx, fvy, fvz = side[0], side[1], side[2], side[3], side[4], side[5]
         _stress(side[12:18], law, s, own)
-        suu = (1.0 - OWN_SHARE) / 3.0 * (stress[i0, 0] + stress[i1, 0] + stress[i2, 0]) + OWN_SHARE * own[0]
-        svv = (1.0 - OWN_SHARE) / 3.0 * (stress[i0, 1] + stress[i1, 1] + stress[i2, 1]) + OWN_SHARE * own[1]
-        suv = (1.0 - OWN_SHARE) / 3.0 * (stress[i0, 2] + stress[i1, 2] + stress[i2, 2]) + OWN_SHARE * own[2]
+        suu = share * (stress[i0, 0] + stress[i1, 0] + stress[i2, 0]) + OWN_SHARE * own[0]
+        svv = share * (stress[i0, 1] + stress[i1, 1] + stress[i2, 1]) + OWN_SHARE * own[1]
+        suv = share * (stress[i0, 2] + stress[i1, 2] + stress[i2, 2]) + OWN_SHARE * own[2]
         pux, puy, puz = fux * suu + fvx * suv, fuy * suu + fvy * suv, fuz * suu + fvz * suv
         pvx, pvy, pvz = fux * suv + fvx * svv, fuy * suv + fvy * svv, fuz * suv + fvz * svv
         qx = qy = qz = 0.0  # what every corner gets alike
@@ -143,14 +157,27 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
             out[i, 1] += gu * puy + gv * pvy + qy
             out[i, 2] += gu * puz + gv * pvz + qz
     # ------------------------------------------------------------------ stencils: bending
+    y = x + tau * v  # elastic and viscous moments grow with the same weights
+    bent = np.empty((3, 3))  # (second derivative, axis)
+    turn = np.empty(3)
     for c in range(len(net.first) - 1):
         begin, end = net.first[c], net.first[c + 1]
         bend = cloth.bend[p, c]
         curl = cloth.curl[p, c]
+        bent[:] = 0.0
+        for a in range(begin, end):
+            i = net.node[a]
+            for k in range(3):
+                w = net.second[a, k]
+                bent[k, 0] += w * y[i, 0]
+                bent[k, 1] += w * y[i, 1]
+                bent[k, 2] += w * y[i, 2]
+        for k in range(3):
+            for d in range(3):
+                bent[k, d] *= bend[k]
         shaped = s[HYSTERESIS] != 0.0
         for k in range(3):
             shaped = shaped or curl[k] != 0.0 or crease[c, k] != 0.0
-        nx = ny = nz = 0.0
         if shaped:
             ux = uy = uz = vx = vy = vz = 0.0
             for a in range(begin, end):
@@ -164,35 +191,29 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
             nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
             size = 1.0 / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
             nx, ny, nz = nx * size, ny * size, nz * size
-        for k in range(3):
-            if bend[k] == 0.0:
-                continue
-            kx = ky = kz = 0.0
-            ex = ey = ez = 0.0
-            for a in range(begin, end):
-                i = net.node[a]
-                w = net.second[a, k]
-                kx += w * x[i, 0]
-                ky += w * x[i, 1]
-                kz += w * x[i, 2]
-                ex += w * v[i, 0]
-                ey += w * v[i, 1]
-                ez += w * v[i, 2]
-            mx, my, mz = bend[k] * (kx + tau * ex), bend[k] * (ky + tau * ey), bend[k] * (kz + tau * ez)
-            if shaped:
-                bent = kx * nx + ky * ny + kz * nz
+            turn[:] = 0.0
+            if s[HYSTERESIS] != 0.0:
+                for a in range(begin, end):
+                    i = net.node[a]
+                    high = x[i, 0] * nx + x[i, 1] * ny + x[i, 2] * nz
+                    for k in range(3):
+                        turn[k] += net.second[a, k] * high
+            for k in range(3):
+                if bend[k] == 0.0:
+                    continue
                 extra = -bend[k] * (curl[k] + crease[c, k])
                 if s[HYSTERESIS] != 0.0:
-                    change = bent - curvature[c, k]
+                    change = turn[k] - curvature[c, k]
                     turned = (moment[c, k] + change) / (1.0 + abs(change) / DAHL_1_M)
                     extra += s[HYSTERESIS] * (2.0 if k == 2 else 1.0) * cloth.bend_area[p, c] * turned / DAHL_1_M
-                mx, my, mz = mx + extra * nx, my + extra * ny, mz + extra * nz
-            for a in range(begin, end):
-                i = net.node[a]
-                w = net.second[a, k]
-                out[i, 0] += w * mx
-                out[i, 1] += w * my
-                out[i, 2] += w * mz
+                bent[k, 0] += extra * nx
+                bent[k, 1] += extra * ny
+                bent[k, 2] += extra * nz
+        for a in range(begin, end):
+            i = net.node[a]
+            w0, w1, w2 = net.second[a, 0], net.second[a, 1], net.second[a, 2]
+            for d in range(3):
+                out[i, d] += w0 * bent[0, d] + w1 * bent[1, d] + w2 * bent[2, d]
     # ------------------------------------------------------------------ vertices: table, grips
     if not np.isnan(s[TABLE_Z]):
         for i in range(len(x)):

@@ -8,14 +8,24 @@ BDF2 is second order and does not damp slow swings: at 1 Hz and h = 1/60 s it lo
 import numpy as np
 from numba import njit
 
-from sim1.cloth.precise.arrays import COMPLIANCE, HYSTERESIS, RETAINED, SLIP_RATE, SLIP_THRESHOLD, TABLE_Z, YIELD
+from sim1.cloth.precise.arrays import (
+    COMPLIANCE,
+    HYSTERESIS,
+    PULL_DAMPING,
+    PULL_STIFFNESS,
+    RETAINED,
+    SLIP_RATE,
+    SLIP_THRESHOLD,
+    TABLE_Z,
+    YIELD,
+)
 from sim1.cloth.precise.forces import DAHL_1_M, FLAGS, GRIP_M_N, derivative, residual
 from sim1.cloth.precise.lapack import factor, factor_any, solve, solve_any
 
 SLIDING_M_S = 1e-3  # friction is regularised below this speed
 RESTING_M = 5e-5  # while rest is sought, friction is regularised below this displacement in a step: what lies stays where it lies
 FARTHEST_M = (
-    1e-3  # a twin that strays further is brought nearer, with all that makes it differ, so that it stays linear
+    1e-6  # a twin that strays further is brought nearer, with all that makes it differ, so that it stays linear
 )
 LOST = 1e3  # a lead that has grown so much tells nothing any more: the sheet is chaotic there, and the twin counts as the base
 LONGEST_M = 0.1  # a Newton step moves no vertex further
@@ -98,8 +108,8 @@ def _markers(x, net, out):
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
-def _pull(x, v, net, pull, goal, goal_v, force, out):
-    """Springs and dampers from markers to their goals, `pull` (k [N/m], c [N s/m]); their forces go to `force` (M, 3)."""
+def _pull(x, v, net, scalar, goal, goal_v, force, out):
+    """Springs and dampers from markers to their goals; their forces go to `force` (M, 3)."""
     for m in range(len(net.marker_node)):
         for k in range(3):
             force[m, k] = 0.0
@@ -109,13 +119,14 @@ def _pull(x, v, net, pull, goal, goal_v, force, out):
             for a in range(3):
                 place += net.marker_weight[m, a] * x[net.marker_node[m, a], k]
                 speed += net.marker_weight[m, a] * v[net.marker_node[m, a], k]
-            force[m, k] = pull[0] * (goal[m, k] - place) + pull[1] * (goal_v[m, k] - speed)
+            force[m, k] = scalar[PULL_STIFFNESS] * (goal[m, k] - place) + scalar[PULL_DAMPING] * (goal_v[m, k] - speed)
             for a in range(3):
                 out[net.marker_node[m, a], k] -= net.marker_weight[m, a] * force[m, k]
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
-def _pull_slope(net, pull, goal, rate, band):
+def _pull_slope(net, scalar, goal, rate, band):
+    stiffness = scalar[PULL_STIFFNESS] + scalar[PULL_DAMPING] * rate
     for m in range(len(net.marker_node)):
         if np.isnan(goal[m, 0]):
             continue
@@ -125,9 +136,7 @@ def _pull_slope(net, pull, goal, rate, band):
                 j = net.marker_node[m, b]
                 if i >= j:
                     for k in range(3):
-                        band[3 * j + k, 3 * (i - j)] += (
-                            net.marker_weight[m, a] * net.marker_weight[m, b] * (pull[0] + pull[1] * rate)
-                        )
+                        band[3 * j + k, 3 * (i - j)] += net.marker_weight[m, a] * net.marker_weight[m, b] * stiffness
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
@@ -145,7 +154,7 @@ def _largest(change):
 @njit(cache=True, nogil=True)
 def newton(
     x, hv, ha, rate, mass_rate, sliding, net, cloth, curvature, moment, crease, target, held_on,
-    tolerance, most, pull, goal, goal_v, band, out, force,
+    tolerance, most, goal, goal_v, band, out, force,
 ):  # fmt: skip
     """Solve a step of the base in place, with a line search that asks forces alone. Returns the last change [m].
 
@@ -162,8 +171,8 @@ def newton(
         v[:] = rate * x + hv
         acc[:] = mass_rate * x + ha
         residual(x, v, acc, sliding, net, cloth, 0, curvature, moment, crease, target, held_on, out)
-        if pull[0] > 0.0:
-            _pull(x, v, net, pull, goal, goal_v, force, out)
+        if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
+            _pull(x, v, net, cloth.scalar[0], goal, goal_v, force, out)
         if not fresh:
             slope = _dot(out, change)
             if slope < -0.6 * first and size * share > 10.0 * tolerance and searches < 5:
@@ -183,8 +192,8 @@ def newton(
                 derivative(
                     x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, held_on, tension_only, band
                 )  # fmt: skip
-                if pull[0] > 0.0:
-                    _pull_slope(net, pull, goal, rate, band)
+                if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
+                    _pull_slope(net, cloth.scalar[0], goal, rate, band)
                 failed = factor(band)
                 if failed == 0:
                     break
@@ -204,28 +213,29 @@ def newton(
 
 @njit(cache=True, nogil=True)
 def answers(
-    x, hv, ha, rate, mass_rate, sliding, net, cloth, curvature, moment, crease, targets, held_on, pull, goal, goal_v, right
+    x, hv, ha, rate, mass_rate, sliding, net, cloth, curvature, moment, crease, targets, held_on, goal, goal_v, right
 ):  # fmt: skip
-    """Residuals (P - 1, V, 3) of the twins into `right`."""
-    v, acc = np.empty_like(x[0]), np.empty_like(x[0])
+    """Residuals (P - 1, V, 3) of the twins less what the base leaves unsolved, into `right`."""
+    v, acc, left = np.empty_like(x[0]), np.empty_like(x[0]), np.empty_like(x[0])
     force = np.empty((len(net.marker_node), 3))
-    for p in range(1, x.shape[0]):
+    for p in range(x.shape[0]):
         v[:] = rate * x[p] + hv[p]
         acc[:] = mass_rate * x[p] + ha[p]
-        residual(
-            x[p], v, acc, sliding, net, cloth, p, curvature[p], moment[p], crease[p], targets[p], held_on, right[p - 1]
-        )
-        if pull[0] > 0.0:
-            _pull(x[p], v, net, pull, goal, goal_v, force, right[p - 1])
+        own = left if p == 0 else right[p - 1]
+        residual(x[p], v, acc, sliding, net, cloth, p, curvature[p], moment[p], crease[p], targets[p], held_on, own)
+        if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
+            _pull(x[p], v, net, cloth.scalar[p], goal[p], goal_v[p], force, own)
+        if p > 0:
+            own -= left
 
 
 @njit(cache=True, nogil=True)
-def matrix(x, hv, rate, mass_rate, sliding, net, cloth, curvature, moment, held_on, pull, goal, band, full, pivot):
+def matrix(x, hv, rate, mass_rate, sliding, net, cloth, curvature, moment, held_on, goal, band, full, pivot):
     """Factorize the exact matrix at the base's shape. 0: into `band`; 1: not definite, into `full`; -1: singular."""
     v = rate * x + hv
     derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, held_on, False, band)
-    if pull[0] > 0.0:
-        _pull_slope(net, pull, goal, rate, band)
+    if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
+        _pull_slope(net, cloth.scalar[0], goal, rate, band)
     plain = band.copy()
     if factor(band) == 0:
         return 0
@@ -309,7 +319,7 @@ def settle(x, net, cloth, curvature, moment, crease):
 @njit(cache=True, nogil=True)
 def finish(
     x, x1, x2, v1, v2, hv, rate, dt, n, net, cloth, paths, turn, held_on, targets, curvature, moment, crease, offset,
-    size_of, lost, now, markers,
+    size_of, lost, now, markers, goals, goals_v,
 ):  # fmt: skip
     """End a step: bring straying twins nearer, carry memories over, shift the history, read the markers."""
     base = x[0]
@@ -332,6 +342,8 @@ def finish(
             _nearer(offset, p, shrink)
             _nearer_world(cloth, p, shrink)
             paths[p] = paths[0] + shrink * (paths[p] - paths[0])
+            goals[p] = goals[0] + shrink * (goals[p] - goals[0])
+            goals_v[p] = goals_v[0] + shrink * (goals_v[p] - goals_v[0])
     for p in range(len(x)):
         _targets(paths[p, n], net, turn, offset[p], targets[p])
         _slip(x[p], net, cloth.scalar[p], targets[p], held_on, turn, offset[p], dt)
@@ -347,22 +359,22 @@ def finish(
             markers[p, n] = markers[0, n] + size_of[p] * (markers[p, n] - markers[0, n])
 
 
-def rest(x, net, cloth, paths, turn, held_on, tolerance, *, rounds=8, most=600):
-    """Bring every world to rest, in place: `x` (P, V, 3). Returns whether the base came to rest.
+def rest(x, net, cloth, paths, turn, held_on, tolerance, goals, *, rounds=8, most=600):
+    """Bring every world to rest, in place: `x` (P, V, 3), pulled to `goals` (P, M, 3). Returns whether the base came to rest.
 
     Implicit Euler with a growing step and no velocity carried along: energy only falls. Twins follow with the base's factor.
     """
     count, size, stencils = x.shape[0], x.shape[1], len(net.first) - 1
     band = np.empty((3 * size, 3 * net_width(net) + 3))
     out, force, nothing = np.empty((size, 3)), np.empty((len(net.marker_node), 3)), np.zeros((stencils, 3))
-    goal, pull = np.full((len(net.marker_node), 3), np.nan), np.zeros(2)
+    goal, still = goals[0], np.zeros(goals.shape)
     h, done, base = 0.004, False, x[0]
     rubs = not np.isnan(cloth.scalar[0, TABLE_Z])
     for _ in range(most):
         before = base.copy()
         last = newton(
             base, -before / h, -before / (h * h), 1.0 / h, 1.0 / (h * h), RESTING_M / h, net, cloth,
-            nothing, nothing, nothing, paths[0], held_on, 1e-7, 8, pull, goal, goal, band, out, force,
+            nothing, nothing, nothing, paths[0], held_on, 1e-7, 8, goal, still[0], band, out, force,
         )  # fmt: skip
         if last == -np.inf:
             base[:] = before
@@ -385,7 +397,7 @@ def rest(x, net, cloth, paths, turn, held_on, tolerance, *, rounds=8, most=600):
             before = base.copy()
             newton(
                 base, -before / h, -before / (h * h), 1.0 / h, 1.0 / (h * h), RESTING_M / h, net, cloth,
-                nothing, nothing, nothing, paths[0], held_on, 1e-11, 20, pull, goal, goal, band, out, force,
+                nothing, nothing, nothing, paths[0], held_on, 1e-11, 20, goal, still[0], band, out, force,
             )  # fmt: skip
         full, pivot = np.empty((3 * size, 3 * (band.shape[1] - 1) + 1)), np.empty(3 * size, np.int32)
         kind = matrix(
@@ -399,7 +411,6 @@ def rest(x, net, cloth, paths, turn, held_on, tolerance, *, rounds=8, most=600):
             nothing,
             nothing,
             held_on,
-            pull,
             goal,
             band,
             full,
@@ -413,7 +424,7 @@ def rest(x, net, cloth, paths, turn, held_on, tolerance, *, rounds=8, most=600):
         for number in range(rounds):
             answers(
                 x, -before / h, -before / (h * h), 1.0 / h, 1.0 / (h * h), RESTING_M / h, net, cloth,
-                nothings, nothings, nothings, paths, held_on, pull, goal, goal, right,
+                nothings, nothings, nothings, paths, held_on, goals, still, right,
             )  # fmt: skip
             _solved(kind, band, full, pivot, right)
             x[1:] -= right
@@ -432,12 +443,13 @@ def _solved(kind, band, full, pivot, right):
 
 
 def march(
-    x0, v0, dt, net, cloth, paths, turns, held_on, rounds, tolerance, pull, goals, goals_v, shapes, markers, forces
+    x0, v0, dt, net, cloth, paths, turns, held_on, rounds, tolerance, goals, goals_v, guess, shapes, markers, forces
 ):
     """Move every world along: `x0`, `v0` (P, V, 3); `paths` (P, T, H, 3); `turns` (T, G, 3, 3); `held_on` (T, H).
 
-    Fills `shapes` (T, V, 3) of the base, `markers` (P, T, M, 3) and `forces` (T, M, 3) of the pull. Returns the step at which
-    the base found no next state, or 0. `cloth` and `paths` of twins are changed.
+    Fills `shapes` (T, V, 3) of the base, `markers` (P, T, M, 3) and `forces` (T, M, 3) of the pull to `goals` (P, T, M, 3). Returns the step at which
+    the base found no next state, or 0. `cloth`, `paths` and `goals` of twins are changed. `guess` (T, V, 3), or (0, V, 3): shapes of a
+    similar simulation, from which Newton's method starts with what this one differs by.
     """
     count, size, stencils, steps = x0.shape[0], x0.shape[1], len(net.first) - 1, paths.shape[1]
     band = np.empty((3 * size, 3 * net_width(net) + 3))
@@ -449,7 +461,7 @@ def march(
     targets = np.empty((count, len(net.held), 3))
     size_of, lost = np.ones(count), np.zeros(count, bool)
     x, x1, x2, v1, v2 = x0.copy(), x0.copy(), x0.copy(), v0.copy(), v0.copy()
-    x3 = x0[0].copy()
+    x3, guided = x0[0].copy(), len(guess) > 0
     right = np.empty((count - 1, size, 3))
     settle(x0, net, cloth, curvature, moment, crease)
     markers[:, 0] = (x0[:, net.marker_node] * net.marker_weight[..., None]).sum(2)
@@ -459,17 +471,20 @@ def march(
         if n == 1:  # an implicit Euler step starts the two-step formula
             rate, mass_rate = 1.0 / dt, 1.0 / (dt * dt)
             hv, ha = -x1 / dt, -x1 / (dt * dt) - v1 / dt
-            base[:] = x1[0] + dt * v1[0]
+            base[:] = x1[0] - guess[0] + guess[1] if guided else x1[0] + dt * v1[0]
         else:
             rate, mass_rate = 1.5 / dt, 2.25 / (dt * dt)
             hv = (-4.0 * x1 + x2) / (2.0 * dt)
             ha = 1.5 / dt * hv + (-4.0 * v1 + v2) / (2.0 * dt)
-            base[:] = 2.0 * x1[0] - x2[0] if n == 2 else 3.0 * x1[0] - 3.0 * x2[0] + x3
+            if guided:
+                base[:] = 2.0 * (x1[0] - guess[n - 1]) - (x2[0] - guess[n - 2]) + guess[n]
+            else:
+                base[:] = 2.0 * x1[0] - x2[0] if n == 2 else 3.0 * x1[0] - 3.0 * x2[0] + x3
         targets_of(paths, n, net, turns[n], offset, targets)
         for patience in (40, 120):
             last = newton(
                 base, hv[0], ha[0], rate, mass_rate, SLIDING_M_S, net, cloth, curvature[0], moment[0], crease[0],
-                targets[0], held_on[n], tolerance, patience, pull, goals[n], goals_v[n], band, out, forces[n],
+                targets[0], held_on[n], tolerance, patience, goals[0, n], goals_v[0, n], band, out, forces[n],
             )  # fmt: skip
             if last >= 0.0:
                 break
@@ -479,7 +494,7 @@ def march(
         if count > 1:
             kind = matrix(
                 base, hv[0], rate, mass_rate, SLIDING_M_S, net, cloth, curvature[0], moment[0], held_on[n],
-                pull, goals[n], band, full, pivot,
+                goals[0, n], band, full, pivot,
             )  # fmt: skip
             if kind < 0:
                 return n
@@ -487,14 +502,14 @@ def march(
             for _ in range(rounds):
                 answers(
                     x, hv, ha, rate, mass_rate, SLIDING_M_S, net, cloth, curvature, moment, crease, targets, held_on[n],
-                    pull, goals[n], goals_v[n], right,
+                    goals[:, n], goals_v[:, n], right,
                 )  # fmt: skip
                 _solved(kind, band, full, pivot, right)
                 x[1:] -= right
         x3[:] = x2[0]
         finish(
             x, x1, x2, v1, v2, hv, rate, dt, n, net, cloth, paths, turns[n], held_on[n], targets,
-            curvature, moment, crease, offset, size_of, lost, now, markers,
+            curvature, moment, crease, offset, size_of, lost, now, markers, goals, goals_v,
         )  # fmt: skip
         shapes[n] = base
     return 0

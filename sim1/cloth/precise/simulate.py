@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sim1.cloth.precise.arrays import PULL_DAMPING, PULL_STIFFNESS
 from sim1.cloth.precise.march import march, rest
+from sim1.cloth.precise.pull import Pull
 from sim1.cloth.precise.scene import Scene
 from sim1.cloth.precise.world import World, pack
 
 RESTING_M_S2 = 1e-4  # nothing accelerates by more where a sheet is called at rest
-NEWTON_M = 1e-8  # last change of a step's iteration: twins are told from the base by micrometres
+NEWTON_M = 1e-6  # last change of a step's iteration; what is left unsolved is taken out of the twins
 ROUNDS = 2  # of the twins' iteration with the base's factor
 
 
@@ -27,22 +29,19 @@ class Run:
     rest_m: np.ndarray  # (V, 3) of the base
 
 
-@dataclass(frozen=True, kw_only=True)
-class Pull:
-    """Springs and dampers between markers and goals at the steps of a scene (NaN: none)."""
-
-    stiffness_n_m: float
-    damping_n_s_m: float
-    goal_m: np.ndarray  # (T, M, 3)
-    goal_m_s: np.ndarray  # (T, M, 3)
-
-
 def simulate(
-    scene: Scene, worlds: list[World], *, near: np.ndarray | None = None, pull: Pull | None = None, halvings: int = 2
+    scene: Scene,
+    worlds: list[World],
+    *,
+    near: np.ndarray | None = None,
+    pull: Pull | None = None,
+    guess: np.ndarray | None = None,
+    halvings: int = 2,
 ) -> Run:
     """Follow the drives from rest (or from the recording's own start) in the first world; the others are its twins.
 
-    Twins differ little from the base: they are linear answers to a change. `near` (V, 3) is a shape close to the base's rest.
+    Twins differ little from the base: they are linear answers to a change. `near` (V, 3) is a shape close to the base's rest,
+    `guess` (T, V, 3) are shapes close to its motion: with them it takes fewer iterations.
 
     Raises:
         NotConverged: no rest, or no next state even with the step halved `halvings` times.
@@ -54,16 +53,26 @@ def simulate(
     turns = np.stack([grip.turn for grip in scene.grips], axis=1) if scene.grips else np.zeros((steps, 0, 3, 3))
     held_on = np.stack([grip.active for grip in scene.grips], axis=1) if scene.grips else np.zeros((steps, 0), bool)
     held_on = np.ascontiguousarray(held_on[:, scene.net.grip])
+    markers = len(scene.net.marker_node)
+    goals = np.full((count, steps, markers, 3), np.nan)
+    speeds = goals
+    if pull is not None:
+        kg = np.array([world.area_density_kg_m2 for world in worlds]) * scene.sheet.face_area_m2.sum() / markers
+        cloth.scalar[:, PULL_STIFFNESS] = kg * pull.rate_1_s**2
+        cloth.scalar[:, PULL_DAMPING] = 2.0 * kg * pull.rate_1_s
+        goals, speeds = pull.goals.at(scene.time_s, worlds)
     x0 = np.repeat((scene.start if near is None else near)[None], count, axis=0)
     v0 = np.zeros_like(x0)
     if scene.start_velocity is None:
         _place_held(x0[0], scene, paths[0, 0], held_on[0])
-        if not rest(x0, scene.net, cloth, np.ascontiguousarray(paths[:, 0]), turns[0], held_on[0], RESTING_M_S2):
+        start = np.ascontiguousarray(paths[:, 0]), turns[0], held_on[0], RESTING_M_S2
+        if not rest(x0, scene.net, cloth, *start, np.ascontiguousarray(goals[:, 0])):
             raise NotConverged(f"recording {scene.name}: the sheet finds no rest at the start")
     else:
         v0[:] = scene.start_velocity
     for halving in range(halvings + 1):
-        result = _march(scene, cloth, x0, v0, paths, turns, held_on, pull, 2**halving)
+        result = _march(scene, cloth, x0, v0, paths, turns, held_on, goals, speeds, guess, 2**halving)
+        guess = None
         if not isinstance(result, int):
             shapes, markers, forces = result
             reported = np.stack([scene.observed(path, world) for path, world in zip(markers, worlds, strict=True)])
@@ -76,19 +85,16 @@ def _place_held(x: np.ndarray, scene: Scene, target: np.ndarray, held_on: np.nda
     x[scene.net.held[held_on]] = target[held_on]
 
 
-def _march(scene: Scene, cloth, x0, v0, paths, turns, held_on, pull: Pull | None, parts: int):
+def _march(scene: Scene, cloth, x0, v0, paths, turns, held_on, goals, speeds, guess, parts: int):
     """March with the step cut into `parts`; the step that failed, or shapes, markers and forces at the scene's steps."""
-    count, steps, markers = x0.shape[0], len(scene.time_s), len(scene.net.marker_node)
+    count, markers = x0.shape[0], len(scene.net.marker_node)
     cloth, paths = type(cloth)(*(part.copy() for part in cloth)), paths.copy()  # twins are brought nearer in place
-    goal = np.full((steps, markers, 3), np.nan)
-    goals, speeds, gains = goal, goal, np.zeros(2)
-    if pull is not None:
-        goals, speeds, gains = pull.goal_m, pull.goal_m_s, np.array([pull.stiffness_n_m, pull.damping_n_s_m])
+    goals, speeds = goals.copy(), speeds.copy()
     if parts > 1:
-        fine = np.arange(parts * (steps - 1) + 1) / parts
+        fine = np.arange(parts * (paths.shape[1] - 1) + 1) / parts
         paths, turns = _between(paths, fine, 1), _between(turns, fine, 0)
         held_on = held_on[np.round(fine).astype(int)]
-        goals, speeds = _between(goals, fine, 0), _between(speeds, fine, 0)
+        goals, speeds = _between(goals, fine, 1), _between(speeds, fine, 1)
     total = paths.shape[1]
     shapes = np.empty((total, *x0.shape[1:]))
     seen, forces = np.empty((count, total, markers, 3)), np.zeros((total, markers, 3))
@@ -102,10 +108,10 @@ def _march(scene: Scene, cloth, x0, v0, paths, turns, held_on, pull: Pull | None
         turns,
         held_on,
         ROUNDS,
-        NEWTON_M if count > 1 else 10 * NEWTON_M,
-        gains,
+        NEWTON_M,
         goals,
         speeds,
+        np.zeros((0, *x0.shape[1:])) if guess is None else guess,
         shapes,
         seen,
         forces,

@@ -7,7 +7,6 @@ import numpy as np
 from sim1.cloth.precise import arrays
 from sim1.cloth.precise.mesh import Sheet
 
-CLAMP = 2.0  # bending energy of a cell of which half is held
 NEVER = 1e9  # a threshold that nothing reaches
 
 
@@ -25,6 +24,11 @@ class World:
     gravity_m_s2: tuple[float, float, float] = (0.0, 0.0, -9.81)
     air_density_kg_m3: float = 1.2
     places: tuple[tuple[float, ...], ...] = ()  # per grip: shift (3) [m] and turn (3) [rad] of its held vertices
+
+    # What a mesh leaves open; a search may move it within its tolerance, and no model file keeps it.
+    length_u: float = 1.0  # rest length over the mesh's: facets shorten a bowed sheet
+    length_v: float = 1.0
+    clamp: float = 2.0  # bending energy of a cell of which half is held
 
     air_normal: float = 0.0  # drag coefficients
     air_skin: float = 0.0
@@ -70,7 +74,7 @@ def pack(sheet: Sheet, worlds: list[World], grip_size: float, clamped: np.ndarra
 
 
 def _row(sheet: Sheet, world: World, grip_size: float, clamped: np.ndarray | None) -> tuple[np.ndarray, ...]:
-    scale_u, scale_v = world.scale
+    scale_u, scale_v = world.scale[0] * world.length_u, world.scale[1] * world.length_v
     grown = scale_u * scale_v
     stencils = sheet.stencils
     gradient = sheet.gradients / np.array([scale_u, scale_v])
@@ -85,7 +89,7 @@ def _row(sheet: Sheet, world: World, grip_size: float, clamped: np.ndarray | Non
     soft = _patch(sheet.material_m[stencils.centre], world.stiff_patch)
     bend_area = stencils.area_m2 * grown
     if clamped is not None:  # only the free half of such a cell bends: by the same angle over half the length
-        soft = np.where(clamped, CLAMP * soft, soft)
+        soft = np.where(clamped, world.clamp * soft, soft)
     curl = np.zeros((len(bend_area), 3))
     curl[:, 0], curl[:, 1] = world.curl_1_m[0] * scale_u**2, world.curl_1_m[1] * scale_v**2
     s = np.zeros(arrays.SCALARS)

@@ -1,0 +1,116 @@
+"""Simulations of a bundle's recordings in processes of their own, one per core.
+
+A recording always goes to the same process, which has its scenes ready and starts from how the recording moved last time.
+"""
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim1.cloth.precise.pull import Goals, Pull
+from sim1.cloth.precise.scene import Scene, prepare
+from sim1.cloth.precise.simulate import NotConverged, simulate
+from sim1.cloth.precise.world import World
+from sim1.recording.bundle import Bundle
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """One simulation that a worker is asked for."""
+
+    recording: str
+    worlds: tuple[World, ...]
+    finer: int  # how often every face of the given mesh is cut into four
+    step_s: float
+    follow_hz: float = 0.0  # of the pull towards the markers; 0: none
+    markers_m: np.ndarray | None = None  # (N, M, 3) to follow instead of the measured ones
+    paths: bool = False  # whether to return what the markers do at the steps
+
+
+@dataclass(frozen=True, kw_only=True)
+class Done:
+    """What a worker returns."""
+
+    markers_m: np.ndarray  # (P, N, M, 3)
+    rest_m: np.ndarray  # (V, 3) of the mesh that was asked for
+    pull_n: np.ndarray | None = None  # (T, M, 3)
+    path_m: np.ndarray | None = None  # (T, M, 3)
+
+
+_BUNDLE: list[Bundle] = []
+_SCENES: dict[tuple[str, int, float], Scene] = {}
+_GOALS: dict[str, Goals] = {}
+_LAST: dict[tuple[str, int, float, float], np.ndarray] = {}  # (T, V, 3)
+
+
+def _begin(bundle: Bundle) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one who asked decides
+    _BUNDLE[:] = [bundle]
+
+
+def _work(task: Task) -> Done:
+    bundle = _BUNDLE[0]
+    recording = next(r for r in bundle.recordings if r.name == task.recording)
+    key = task.recording, task.finer, task.step_s
+    if key not in _SCENES:
+        _SCENES[key] = prepare(bundle, recording, task.step_s, finer=task.finer)
+    scene = _SCENES[key]
+    pull = None
+    if task.follow_hz:
+        goals = Goals.of(recording.time_s, task.markers_m) if task.markers_m is not None else _GOALS.get(task.recording)
+        if goals is None:
+            goals = _GOALS[task.recording] = Goals.of(recording.time_s, recording.markers_m)
+        pull = Pull(hz=task.follow_hz, goals=goals)
+    start = *key, task.follow_hz
+    shapes = _LAST.get(start)
+    near = None if shapes is None else shapes[0]
+    try:
+        run = simulate(scene, list(task.worlds), near=near, guess=shapes, pull=pull)
+    except NotConverged:  # perhaps from where the last motion was: once more from the markers
+        if near is None:
+            raise
+        run = simulate(scene, list(task.worlds), pull=pull)
+    _LAST[start] = run.shapes_m
+    if not task.paths:
+        return Done(markers_m=run.markers_m, rest_m=run.rest_m)
+    path = (run.shapes_m[:, scene.net.marker_node] * scene.net.marker_weight[..., None]).sum(2)
+    return Done(markers_m=run.markers_m, rest_m=run.rest_m, pull_n=run.pull_n, path_m=path)
+
+
+class Workers:
+    """Processes that answer tasks in their order."""
+
+    def __init__(self, bundle: Bundle, processes: int | None = None):
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one thread each: the matrices are small
+        self._pools = [
+            ProcessPoolExecutor(
+                1, mp_context=multiprocessing.get_context("spawn"), initializer=_begin, initargs=(bundle,)
+            )
+            for _ in range(min(processes or os.cpu_count() or 1, len(bundle.recordings)))
+        ]
+        self._owner: dict[str, int] = {}
+
+    def __call__(self, tasks: Sequence[Task]) -> list[Done]:
+        """Answers in the order of the tasks.
+
+        Raises:
+            NotConverged: a simulation found no rest or no next state.
+        """
+        waiting = [self._pools[self._of(task.recording)].submit(_work, task) for task in tasks]
+        return [future.result() for future in waiting]
+
+    def _of(self, recording: str) -> int:
+        if recording not in self._owner:
+            owned = [list(self._owner.values()).count(k) for k in range(len(self._pools))]
+            self._owner[recording] = owned.index(min(owned))
+        return self._owner[recording]
+
+    def close(self) -> None:
+        """End the processes."""
+        for pool in self._pools:
+            pool.shutdown(cancel_futures=True)
