@@ -16,15 +16,15 @@ from sim1.stage import BadInput
 
 FINALISTS = 3  # models, the baseline among them, that are fitted again once the mesh's error is known at the best
 AGAIN = 2  # iterations of that
-LAST = 1  # iterations of the fit to everything
+WORTH_MORE = 0.5  # share of a threshold from which more effort is spent
 
 
 @dataclass(frozen=True, kw_only=True)
 class Thresholds:
     """When a difference counts, in nats of evidence. Chosen on a handful of bundles; not yet calibrated on nulls."""
 
-    named: float = 15.0  # that an effect must gain over the baseline
-    second: float = 8.0  # that another must gain over the first
+    named: float = 45.0  # that an effect must gain over the baseline
+    second: float = 25.0  # that another must gain over the first
     second_share: float = 0.15  # and in units of the first's gain: another formula or mesh leaves that much unexplained
     margin: float = 4.0  # over the runner-up
     margin_share: float = 0.03  # and in units of its own gain
@@ -51,8 +51,6 @@ class Diagnosis:
     verdict: str
     rivals: tuple[Model, ...]  # that explain it about as well
     misfit: dict[str, float]  # mean squared residual of baseline and chosen on the folds not seen
-    baseline_all: Fit  # fitted to every recording, for the model files
-    chosen_all: Fit
     rmse_m: dict[str, dict[str, float]]
     heldout_markers_m: dict[str, dict[str, np.ndarray]]  # baseline, augmented: recording -> (N, M, 3)
     located: Located  # against the baseline
@@ -79,6 +77,12 @@ def diagnose(
         return _diagnose(engine, bundle, thresholds, progress)
 
 
+def gain_of(pool: list[Model], model: Model, thresholds: Thresholds) -> float:
+    """What a model gains over the baseline, nats."""
+    null = next(one for one in pool if not one.terms)
+    return rating(null, thresholds) - rating(model, thresholds)
+
+
 def _diagnose(
     engine: Engine, bundle: Bundle, thresholds: Thresholds, progress: Callable[[float, str], None]
 ) -> Diagnosis:
@@ -92,7 +96,7 @@ def _diagnose(
     singles, screened = extended(engine, base, temper, fitted, lambda s, n: progress(0.3 + 0.25 * s, f"trying {n}"))
     pool = [judged(base, temper), *singles]
     best = min(pool, key=lambda model: rating(model, thresholds))
-    if best.terms:
+    if gain_of(pool, best, thresholds) > WORTH_MORE * thresholds.named:
         progress(0.55, "fitting the best again")
         # The mesh errs otherwise where the effect acts: measured anew there, for every model alike.
         at, world = best.fit, best.fit.unknowns.world(best.fit.z)
@@ -107,7 +111,9 @@ def _diagnose(
         best = min(pool, key=lambda model: rating(model, thresholds))
         temper = max(LEAST_TEMPER, temper_of(engine, best.fit.residuals, fitted))
         pool = [judged(model.fit, temper, model.variants) for model in pool]
-    if best.terms:
+        best = min(pool, key=lambda model: rating(model, thresholds))
+    gain = gain_of(pool, best, thresholds)
+    if gain > WORTH_MORE * thresholds.named:
         # A baseline that imitates the effect is a bad place to look for a second one from: look from the best single.
         pairs, _ = extended(
             engine,
@@ -116,6 +122,7 @@ def _diagnose(
             fitted,
             lambda s, n: progress(0.65 + 0.15 * s, f"trying {n} beside {best.terms[0]}"),
             most=3,
+            least=WORTH_MORE * max(thresholds.second, thresholds.second_share * gain),
             variants=best.variants,
         )
         pool += pairs
@@ -123,17 +130,14 @@ def _diagnose(
     null = next(model for model in pool if not model.terms)
     verdict, chosen, rivals, misfit = decide(null, ranked, thresholds)
     progress(0.8, "checking on motion held out")
-    rmse, results, shown = {}, {}, {}
-    engine.refine(chosen.fit.unknowns.world(chosen.fit.z), heldout)
+    rmse, shown = {}, {}
     for label, model in (("baseline", null), ("augmented", chosen)):
         if label == "augmented" and chosen is null:
-            rmse[label], results[label], shown[label] = rmse["baseline"], results["baseline"], shown["baseline"]
+            rmse[label], shown[label] = rmse["baseline"], shown["baseline"]
             continue
         markers = engine.foretell(model.fit.unknowns.world(model.fit.z), everything)
         shown[label] = {name: markers[name] for name in heldout}
         rmse[label] = {"fit": rmse_of(bundle, markers, fitted), "heldout": rmse_of(bundle, markers, heldout)}
-        # For the model files every recording counts, the held-out one too: its figures are taken.
-        results[label] = fit(engine, model.fit.unknowns, model.fit.z, everything, temper=temper, most=LAST)
     progress(0.93, "locating")
     located = locate_forces(engine, null.fit.unknowns.world(null.fit.z), everything)
     return Diagnosis(
@@ -148,8 +152,6 @@ def _diagnose(
         verdict=verdict,
         rivals=tuple(rivals),
         misfit=misfit,
-        baseline_all=results["baseline"],
-        chosen_all=results["augmented"],
         rmse_m=rmse,
         heldout_markers_m=shown,
         located=located,

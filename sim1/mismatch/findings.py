@@ -51,8 +51,8 @@ def run_diagnosis(bundle: Path, out: Path, progress: Callable[[float, str], None
     found = diagnose(given, progress=progress)
     progress(0.97, "writing the report")
     out.mkdir(parents=True, exist_ok=True)
-    _whole(out / "model.yaml", lambda path: write_physics(path, physics_of(given, found.chosen_all)))
-    _whole(out / "baseline.yaml", lambda path: write_physics(path, physics_of(given, found.baseline_all)))
+    _whole(out / "model.yaml", lambda path: write_physics(path, physics_of(given, found.chosen.fit)))
+    _whole(out / "baseline.yaml", lambda path: write_physics(path, physics_of(given, found.baseline.fit)))
     verdict = verdict_of(given, found)
     _whole(out / "verdict.json", lambda path: write_verdict(path, verdict))
     _whole(out / "report.html", lambda path: write_page(path, given, found, verdict))
@@ -75,8 +75,8 @@ def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESH
     reduction = 1.0 - after["heldout"] / before["heldout"] if before["heldout"] else 0.0
     effects = []
     if found.verdict in ("named", "ambiguous"):
-        for index in range(len(found.chosen_all.unknowns.terms)):
-            entry = effect_entry(found.chosen_all, index)
+        for index in range(len(found.chosen.fit.unknowns.terms)):
+            entry = effect_entry(found.chosen.fit, index)
             effects.append(
                 {**entry, "probability": chances.get(entry["name"], 0.0), "heldout_rmse_reduction": float(reduction)}
             )
@@ -199,7 +199,7 @@ def _misfit(model: Model) -> float:
 
 
 def _parameters(found: Diagnosis) -> list[dict[str, Any]]:
-    rows, fit = [], found.chosen_all
+    rows, fit = [], found.chosen.fit
     spread = np.sqrt(np.diag(fit.covariance))
     for c, z, std in zip(fit.unknowns.all, fit.z, spread, strict=True):
         low, high = sorted((c.value(z - 1.96 * std), c.value(z + 1.96 * std)))

@@ -84,13 +84,14 @@ def extended(
     names: tuple[str, ...],
     progress: Callable[[float, str], None],
     most: int = SHORTLIST,
+    least: float = WORTH,
     variants: int = 1,
 ) -> tuple[list[Model], list[Candidate]]:
     """`base` with each of the most promising effects added, fitted; and all candidates as screened."""
     site = site_of(engine, base)
     base = replace(base, temper=temper)
     candidates = screen(engine, base, site, names)
-    worth = [c for c in candidates if c.gain > WORTH][:most]
+    worth = [c for c in candidates if c.gain > least][:most]
     models = []
     for number, candidate in enumerate(worth):  # a look at all where the screening sends them, more for those who lead
         progress(0.5 * number / len(worth), candidate.term.effect.name)
