@@ -8,10 +8,11 @@ import os
 import signal
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sim1.cloth.precise.motions import Motions
 from sim1.cloth.precise.pull import Goals, Pull
 from sim1.cloth.precise.scene import Scene, prepare
 from sim1.cloth.precise.simulate import NotConverged, simulate
@@ -28,7 +29,6 @@ class Task:
     finer: int  # how often every face of the given mesh is cut into four
     step_s: float
     follow_hz: float = 0.0  # of the pull towards the markers; 0: none
-    markers_m: np.ndarray | None = None  # (N, M, 3) to follow instead of the measured ones
     paths: bool = False  # whether to return what the markers do at the steps
 
 
@@ -45,7 +45,7 @@ class Done:
 _BUNDLE: list[Bundle] = []
 _SCENES: dict[tuple[str, int, float], Scene] = {}
 _GOALS: dict[str, Goals] = {}
-_LAST: dict[tuple[str, int, float, float], np.ndarray] = {}  # (T, V, 3)
+_MOTIONS: dict[tuple[str, int, float, float], Motions] = {}
 
 
 def _begin(bundle: Bundle) -> None:
@@ -62,24 +62,36 @@ def _work(task: Task) -> Done:
     scene = _SCENES[key]
     pull = None
     if task.follow_hz:
-        goals = Goals.of(recording.time_s, task.markers_m) if task.markers_m is not None else _GOALS.get(task.recording)
-        if goals is None:
-            goals = _GOALS[task.recording] = Goals.of(recording.time_s, recording.markers_m)
-        pull = Pull(hz=task.follow_hz, goals=goals)
-    start = *key, task.follow_hz
-    shapes = _LAST.get(start)
+        if task.recording not in _GOALS:
+            _GOALS[task.recording] = Goals.of(recording.time_s, recording.markers_m)
+        pull = Pull(hz=task.follow_hz, goals=_GOALS[task.recording])
+    worlds, where = _distinct(task.worlds, scene)
+    motions = _MOTIONS.setdefault((*key, task.follow_hz), Motions())
+    shapes = motions.guess(worlds[0])
     near = None if shapes is None else shapes[0]
     try:
-        run = simulate(scene, list(task.worlds), near=near, guess=shapes, pull=pull)
+        run = simulate(scene, worlds, near=near, guess=shapes, pull=pull, leads=True)
     except NotConverged:  # perhaps from where the last motion was: once more from the markers
         if near is None:
             raise
-        run = simulate(scene, list(task.worlds), pull=pull)
-    _LAST[start] = run.shapes_m
+        run = simulate(scene, worlds, pull=pull, leads=True)
+    motions.keep(worlds, run.shapes_m, run.leads_m)
     if not task.paths:
-        return Done(markers_m=run.markers_m, rest_m=run.rest_m)
+        return Done(markers_m=run.markers_m[where], rest_m=run.rest_m)
     path = (run.shapes_m[:, scene.net.marker_node] * scene.net.marker_weight[..., None]).sum(2)
-    return Done(markers_m=run.markers_m, rest_m=run.rest_m, pull_n=run.pull_n, path_m=path)
+    return Done(markers_m=run.markers_m[where], rest_m=run.rest_m, pull_n=run.pull_n, path_m=path)
+
+
+def _distinct(worlds: tuple[World, ...], scene: Scene) -> tuple[list[World], list[int]]:
+    """Worlds that differ in this recording, and which of them each one is: a grip that it does not use can do nothing here."""
+    used = [grip.index for grip in scene.grips]
+    seen: dict[World, int] = {}
+    where = []
+    for world in worlds:
+        places = tuple(world.places[k] for k in used) if world.places else ()
+        where.append(seen.setdefault(replace(world, places=places), len(where)))
+    order = sorted(set(where))
+    return [worlds[k] for k in order], [order.index(k) for k in where]
 
 
 class Workers:

@@ -319,7 +319,7 @@ def settle(x, net, cloth, curvature, moment, crease):
 @njit(cache=True, nogil=True)
 def finish(
     x, x1, x2, v1, v2, hv, rate, dt, n, net, cloth, paths, turn, held_on, targets, curvature, moment, crease, offset,
-    size_of, lost, now, markers, goals, goals_v,
+    size_of, lost, now, markers, leads, goals, goals_v,
 ):  # fmt: skip
     """End a step: bring straying twins nearer, carry memories over, shift the history, read the markers."""
     base = x[0]
@@ -357,6 +357,8 @@ def finish(
             markers[p, n] = markers[0, n]
         elif p > 0:
             markers[p, n] = markers[0, n] + size_of[p] * (markers[p, n] - markers[0, n])
+            if len(leads):
+                leads[p - 1, n] = size_of[p] * (x[p] - base)
 
 
 def rest(x, net, cloth, paths, turn, held_on, tolerance, goals, *, rounds=8, most=600):
@@ -443,11 +445,27 @@ def _solved(kind, band, full, pivot, right):
 
 
 def march(
-    x0, v0, dt, net, cloth, paths, turns, held_on, rounds, tolerance, goals, goals_v, guess, shapes, markers, forces
+    x0,
+    v0,
+    dt,
+    net,
+    cloth,
+    paths,
+    turns,
+    held_on,
+    rounds,
+    tolerance,
+    goals,
+    goals_v,
+    guess,
+    shapes,
+    markers,
+    forces,
+    leads,
 ):
     """Move every world along: `x0`, `v0` (P, V, 3); `paths` (P, T, H, 3); `turns` (T, G, 3, 3); `held_on` (T, H).
 
-    Fills `shapes` (T, V, 3) of the base, `markers` (P, T, M, 3) and `forces` (T, M, 3) of the pull to `goals` (P, T, M, 3). Returns the step at which
+    Fills `shapes` (T, V, 3) of the base, `markers` (P, T, M, 3) `forces` (T, M, 3) of the pull to `goals` (P, T, M, 3), and `leads` (P - 1, T, V, 3) of the twins if there is room. Returns the step at which
     the base found no next state, or 0. `cloth`, `paths` and `goals` of twins are changed. `guess` (T, V, 3), or (0, V, 3): shapes of a
     similar simulation, from which Newton's method starts with what this one differs by.
     """
@@ -466,6 +484,8 @@ def march(
     settle(x0, net, cloth, curvature, moment, crease)
     markers[:, 0] = (x0[:, net.marker_node] * net.marker_weight[..., None]).sum(2)
     shapes[0] = x0[0]
+    if len(leads):
+        leads[:, 0] = x0[1:] - x0[0]
     base = x[0]
     for n in range(1, steps):
         if n == 1:  # an implicit Euler step starts the two-step formula
@@ -509,7 +529,7 @@ def march(
         x3[:] = x2[0]
         finish(
             x, x1, x2, v1, v2, hv, rate, dt, n, net, cloth, paths, turns[n], held_on[n], targets,
-            curvature, moment, crease, offset, size_of, lost, now, markers, goals, goals_v,
+            curvature, moment, crease, offset, size_of, lost, now, markers, leads, goals, goals_v,
         )  # fmt: skip
         shapes[n] = base
     return 0

@@ -27,6 +27,7 @@ class Run:
     shapes_m: np.ndarray  # (T, V, 3) of the base at the steps
     pull_n: np.ndarray  # (T, M, 3) forces that pulled the base's markers
     rest_m: np.ndarray  # (V, 3) of the base
+    leads_m: np.ndarray  # (P - 1, T, V, 3) of the twins, single precision; (0, T, V, 3) if nobody asked
 
 
 def simulate(
@@ -36,6 +37,7 @@ def simulate(
     near: np.ndarray | None = None,
     pull: Pull | None = None,
     guess: np.ndarray | None = None,
+    leads: bool = False,
     halvings: int = 2,
 ) -> Run:
     """Follow the drives from rest (or from the recording's own start) in the first world; the others are its twins.
@@ -71,12 +73,12 @@ def simulate(
     else:
         v0[:] = scene.start_velocity
     for halving in range(halvings + 1):
-        result = _march(scene, cloth, x0, v0, paths, turns, held_on, goals, speeds, guess, 2**halving)
+        result = _march(scene, cloth, x0, v0, paths, turns, held_on, goals, speeds, guess, leads, 2**halving)
         guess = None
         if not isinstance(result, int):
-            shapes, markers, forces = result
+            shapes, markers, forces, told = result
             reported = np.stack([scene.observed(path, world) for path, world in zip(markers, worlds, strict=True)])
-            return Run(markers_m=reported, shapes_m=shapes, pull_n=forces, rest_m=x0[0])
+            return Run(markers_m=reported, shapes_m=shapes, pull_n=forces, rest_m=x0[0], leads_m=told)
     at = scene.time_s[0] + result * scene.step_s / 2**halvings
     raise NotConverged(f"recording {scene.name}: no next state at {at:.3f} s; does a drive jump there?")
 
@@ -85,7 +87,7 @@ def _place_held(x: np.ndarray, scene: Scene, target: np.ndarray, held_on: np.nda
     x[scene.net.held[held_on]] = target[held_on]
 
 
-def _march(scene: Scene, cloth, x0, v0, paths, turns, held_on, goals, speeds, guess, parts: int):
+def _march(scene: Scene, cloth, x0, v0, paths, turns, held_on, goals, speeds, guess, leads, parts: int):
     """March with the step cut into `parts`; the step that failed, or shapes, markers and forces at the scene's steps."""
     count, markers = x0.shape[0], len(scene.net.marker_node)
     cloth, paths = type(cloth)(*(part.copy() for part in cloth)), paths.copy()  # twins are brought nearer in place
@@ -98,6 +100,7 @@ def _march(scene: Scene, cloth, x0, v0, paths, turns, held_on, goals, speeds, gu
     total = paths.shape[1]
     shapes = np.empty((total, *x0.shape[1:]))
     seen, forces = np.empty((count, total, markers, 3)), np.zeros((total, markers, 3))
+    told = np.zeros((count - 1 if leads else 0, total, *x0.shape[1:]), np.float32)
     failed = march(
         x0,
         v0,
@@ -115,10 +118,11 @@ def _march(scene: Scene, cloth, x0, v0, paths, turns, held_on, goals, speeds, gu
         shapes,
         seen,
         forces,
+        told,
     )
     if failed:
         return int(failed)
-    return shapes[::parts], seen[:, ::parts], forces[::parts]
+    return shapes[::parts], seen[:, ::parts], forces[::parts], told[:, ::parts]
 
 
 def _between(values: np.ndarray, at: np.ndarray, axis: int) -> np.ndarray:
