@@ -13,7 +13,7 @@ from sim1.recording.bundle import Bundle
 POISSON_STD = 0.1  # where the bundle states none: woven cloth lies between 0 and 0.5
 PLACE_STD_M, PLACE_STD_RAD = 0.006, 0.05  # of held vertices whose places were estimated from resting markers
 LENGTH_STD = 7e-4  # of a sheet's length: what facets, and the formula of another mesh, leave open
-CLAMP_LOG_STD = 0.25  # of the stiffness at the rim of a clamp, likewise
+CLAMP_LOG_STD, RIM_LOG_STD = 0.25, 0.5  # of the stiffness at the rim of a clamp, in bending and in the plane, likewise
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz")
 
 
@@ -144,4 +144,5 @@ def baseline(bundle: Bundle) -> Unknowns:
     for name in ("length_u", "length_v"):
         found.append(Coefficient(name=name, unit="1", scale=LENGTH_STD, kind="log", centre=1.0))
     found.append(Coefficient(name="clamp", unit="1", scale=CLAMP_LOG_STD, kind="log", centre=world.clamp))
+    found.append(Coefficient(name="rim", unit="1", scale=RIM_LOG_STD, kind="log", centre=world.rim))
     return Unknowns(base=world, nominal=tuple(found))

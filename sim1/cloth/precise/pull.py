@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from sim1.cloth.precise.world import World
 
-PASS_HZ = 8.0  # smoothing splines let slower motion through; a moving average would cut corners by millimetres
+PASS_HZ = 12.0  # smoothing splines let slower motion through; a moving average would cut corners by millimetres
 GAP_S = 0.03  # a marker that is not seen within this time is left alone
 ENDS_S = 0.04  # at the ends of a path its velocity is hardly known
 FEWEST = 8  # frames in which a marker must be seen

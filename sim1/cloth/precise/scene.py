@@ -46,6 +46,7 @@ class Scene:
     start: np.ndarray  # (V, 3) shape near which it rests
     start_velocity: np.ndarray | None  # (V, 3); None: it starts at rest
     clamped: np.ndarray  # (C,) stencils on the rim of a clamp
+    rim: np.ndarray  # (F,) faces there
     order: np.ndarray  # (V,) vertex of the bundle's (refined) mesh that each simulated vertex is
 
     def paths(self, world: World) -> np.ndarray:
@@ -271,8 +272,17 @@ def prepare(
         start=shape,
         start_velocity=velocity,
         clamped=_clamped(net),
+        rim=_rim(net),
         order=order,
     )
+
+
+def _rim(net: Net) -> np.ndarray:
+    """Faces (F,) with held and free corners."""
+    held = np.zeros(len(net.star_first) - 1, bool)
+    held[net.held] = True
+    count = held[net.faces].sum(1)
+    return (count > 0) & (count < 3)
 
 
 def _clamped(net: Net) -> np.ndarray:

@@ -29,6 +29,7 @@ class World:
     length_u: float = 1.0  # rest length over the mesh's: facets shorten a bowed sheet
     length_v: float = 1.0
     clamp: float = 2.0  # bending energy of a cell of which half is held
+    rim: float = 1.0  # membrane energy of the faces around what a grip holds, where strain concentrates
 
     air_normal: float = 0.0  # drag coefficients
     air_skin: float = 0.0
@@ -65,20 +66,31 @@ def gravity(world: World) -> np.ndarray:
     return about_y @ about_x @ np.array(world.gravity_m_s2)
 
 
-def pack(sheet: Sheet, worlds: list[World], grip_size: float, clamped: np.ndarray | None = None) -> arrays.Cloth:
+def pack(
+    sheet: Sheet,
+    worlds: list[World],
+    grip_size: float,
+    clamped: np.ndarray | None = None,
+    rim: np.ndarray | None = None,
+) -> arrays.Cloth:
     """Arrays of P worlds on one mesh; `grip_size` is how many vertices a grip holds on average, `clamped` (C,) which stencils
-    lie on the rim of a clamp.
+    lie on the rim of a clamp, `rim` (F,) which faces.
     """
-    rows = [_row(sheet, world, grip_size, clamped) for world in worlds]
+    rows = [_row(sheet, world, grip_size, clamped, rim) for world in worlds]
     return arrays.Cloth(*(np.ascontiguousarray(np.stack(column)) for column in zip(*rows, strict=True)))
 
 
-def _row(sheet: Sheet, world: World, grip_size: float, clamped: np.ndarray | None) -> tuple[np.ndarray, ...]:
+def _row(
+    sheet: Sheet, world: World, grip_size: float, clamped: np.ndarray | None, rim: np.ndarray | None
+) -> tuple[np.ndarray, ...]:
     scale_u, scale_v = world.scale[0] * world.length_u, world.scale[1] * world.length_v
     grown = scale_u * scale_v
     stencils = sheet.stencils
     gradient = sheet.gradients / np.array([scale_u, scale_v])
-    area = sheet.face_area_m2 * grown
+    area, vertex_area = sheet.face_area_m2 * grown, sheet.vertex_area_m2 * grown
+    if rim is not None and world.rim != 1.0:
+        area = np.where(rim, world.rim * area, area)
+        vertex_area = np.bincount(sheet.faces.ravel(), np.repeat(area / 3, 3), minlength=len(vertex_area))
     root = np.sqrt(world.stretch_ratio)
     plane = world.stretch_n_m / (1.0 - world.poisson**2)
     law = np.array([plane * root, plane / root, plane * world.poisson, 0.5 * plane * (1.0 - world.poisson)])
@@ -109,7 +121,6 @@ def _row(sheet: Sheet, world: World, grip_size: float, clamped: np.ndarray | Non
     s[arrays.COMPLIANCE] = world.compliance_m_n * grip_size
     s[arrays.SLIP_THRESHOLD], s[arrays.SLIP_RATE] = world.slip_threshold_n, world.slip_rate_m_n_s
     s[arrays.STIFFENING], s[arrays.MODULUS] = world.stiffening, world.stretch_n_m
-    vertex_area = sheet.vertex_area_m2 * grown
     return s, gradient, area, law, mass, vertex_area, bend[None] * (soft * bend_area)[:, None], curl, bend_area
 
 
