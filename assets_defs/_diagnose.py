@@ -11,15 +11,21 @@ Bundle = Annotated[Path, typer.Argument(help="Folder with bundle.yaml, format si
 def diagnose(
     bundle: Bundle,
     out: Annotated[Path, typer.Option(help="Folder for verdict.json, model.yaml, baseline.yaml and report.html.")],
+    budget_minutes: Annotated[
+        float | None, typer.Option(min=0.5, help="Stop searching in time to report what is known after so long.")
+    ] = None,
 ) -> None:
-    """Locate, name and model the physics that the simulator leaves out of recordings."""
+    """Locate, name and model the physics that the simulator leaves out of recordings.
+
+    Ctrl-C ends the search; what is known by then is written. A second one ends the program.
+    """
     from sim1.stage import BadInput
 
     try:
         with _progress() as tell:
             from sim1.mismatch.findings import run_diagnosis
 
-            verdict = run_diagnosis(bundle, out, tell)
+            verdict = run_diagnosis(bundle, out, tell, budget_minutes and 60 * budget_minutes)
     except BadInput as error:
         _stop(str(error))
     names = ", ".join(effect.name for effect in verdict.missing_physics) or "-"

@@ -9,6 +9,7 @@ from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, fit, temper_of
 from sim1.mismatch.models import LEAST_TEMPER, Model, calibrate, extended, judged
+from sim1.mismatch.patience import Patience
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
 from sim1.recording.bundle import Bundle
@@ -48,6 +49,7 @@ class Diagnosis:
     models: tuple[Model, ...]  # every model that was fitted, best first, the baseline among them
     chosen: Model
     screened: tuple[Candidate, ...]
+    stopped: bool  # before all was tried
     verdict: str
     rivals: tuple[Model, ...]  # that explain it about as well
     misfit: dict[str, float]  # mean squared residual of baseline and chosen on the folds not seen
@@ -62,9 +64,13 @@ def rating(model: Model, thresholds: Thresholds) -> float:
 
 
 def diagnose(
-    bundle: Bundle, *, thresholds: Thresholds = THRESHOLDS, progress: Callable[[float, str], None] = lambda s, w: None
+    bundle: Bundle,
+    *,
+    thresholds: Thresholds = THRESHOLDS,
+    progress: Callable[[float, str], None] = lambda s, w: None,
+    patience: Patience | None = None,
 ) -> Diagnosis:
-    """Diagnose a bundle.
+    """Diagnose a bundle; what is known when `patience` ends is reported.
 
     Raises:
         BadInput: fewer than two recordings.
@@ -73,7 +79,7 @@ def diagnose(
         raise BadInput(
             f"bundle.yaml: {len(bundle.recordings)} recording; a diagnosis needs two or more, one of them to test what the others taught"
         )
-    with Engine(bundle, noise_m=bundle.noise_std_m) as engine:
+    with Engine(bundle, noise_m=bundle.noise_std_m, patience=patience) as engine:
         return _diagnose(engine, bundle, thresholds, progress)
 
 
@@ -96,7 +102,7 @@ def _diagnose(
     singles, screened = extended(engine, base, temper, fitted, lambda s, n: progress(0.3 + 0.25 * s, f"trying {n}"))
     pool = [judged(base, temper), *singles]
     best = min(pool, key=lambda model: rating(model, thresholds))
-    if gain_of(pool, best, thresholds) > WORTH_MORE * thresholds.named:
+    if gain_of(pool, best, thresholds) > WORTH_MORE * thresholds.named and not engine.patience.over:
         progress(0.55, "fitting the best again")
         # The mesh errs otherwise where the effect acts: measured anew there, for every model alike.
         at, world = best.fit, best.fit.unknowns.world(best.fit.z)
@@ -113,7 +119,7 @@ def _diagnose(
         pool = [judged(model.fit, temper, model.variants) for model in pool]
         best = min(pool, key=lambda model: rating(model, thresholds))
     gain = gain_of(pool, best, thresholds)
-    if gain > WORTH_MORE * thresholds.named:
+    if gain > WORTH_MORE * thresholds.named and not engine.patience.over:
         # A baseline that imitates the effect is a bad place to look for a second one from: look from the best single.
         pairs, _ = extended(
             engine,
@@ -128,7 +134,10 @@ def _diagnose(
         pool += pairs
     ranked = sorted(pool, key=lambda model: rating(model, thresholds))
     null = next(model for model in pool if not model.terms)
+    stopped = engine.patience.over
     verdict, chosen, rivals, misfit = decide(null, ranked, thresholds)
+    if stopped and verdict == "none":
+        verdict = "unknown"  # not all was tried
     progress(0.8, "checking on motion held out")
     rmse, shown = {}, {}
     for label, model in (("baseline", null), ("augmented", chosen)):
@@ -149,6 +158,7 @@ def _diagnose(
         models=tuple(ranked),
         chosen=chosen,
         screened=tuple(screened),
+        stopped=stopped,
         verdict=verdict,
         rivals=tuple(rivals),
         misfit=misfit,

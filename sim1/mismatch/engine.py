@@ -8,6 +8,7 @@ import numpy as np
 from sim1.cloth.precise.scene import Scene, prepare
 from sim1.cloth.precise.world import World
 from sim1.mismatch.compare import Observed, block_noise_m, mesh_error, observe
+from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Unknowns
 from sim1.mismatch.workers import Done, Task, Workers
 from sim1.recording.bundle import Bundle
@@ -41,8 +42,9 @@ class Engine:
         noise_m: float | None = None,
         processes: int | None = None,
         follow_hz: float = FOLLOW_HZ,
+        patience: Patience | None = None,
     ):
-        self.bundle, self.follow_hz = bundle, follow_hz
+        self.bundle, self.follow_hz, self.patience = bundle, follow_hz, patience or Patience()
         self.workers = Workers(bundle, processes)
         observed = [observe(recording) for recording in bundle.recordings]
         noise = block_noise_m(observed, list(bundle.recordings)) or noise_m or 1e-3

@@ -16,6 +16,7 @@ from sim1.mismatch.diagnose import THRESHOLDS, Diagnosis, Thresholds, diagnose, 
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error
 from sim1.mismatch.model_file import effect_entry, physics_of
 from sim1.mismatch.models import Model
+from sim1.mismatch.patience import Patience
 from sim1.mismatch.verdict import Verdict, write_verdict
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
@@ -40,15 +41,21 @@ SEPARATING = {  # the recording that tells two explanations apart
 }
 
 
-def run_diagnosis(bundle: Path, out: Path, progress: Callable[[float, str], None]) -> Verdict:
+def run_diagnosis(
+    bundle: Path, out: Path, progress: Callable[[float, str], None], budget_s: float | None = None
+) -> Verdict:
     """`sim1 diagnose`: read, diagnose, write into `out` (made if missing).
+
+    When `budget_s` is used up, or at Ctrl-C, what is known by then is written.
 
     Raises:
         BadInput: the bundle is damaged or cannot support a diagnosis.
     """
     given = read_bundle(bundle)
     require_for_diagnosis(given)
-    found = diagnose(given, progress=progress)
+    patience = Patience(budget_s)
+    with patience.interruptible():
+        found = diagnose(given, progress=progress, patience=patience)
     progress(0.97, "writing the report")
     out.mkdir(parents=True, exist_ok=True)
     _whole(out / "model.yaml", lambda path: write_physics(path, physics_of(given, found.chosen.fit)))
@@ -132,6 +139,8 @@ def _joined(model: Model) -> str:
 
 
 def _next(found: Diagnosis) -> str:
+    if found.stopped:
+        return "the search was stopped before all was tried: diagnose again with more time"
     names = list(found.chosen.terms) + [name for rival in found.rivals for name in rival.terms]
     for one in names:
         for other in names:
@@ -146,6 +155,8 @@ def _next(found: Diagnosis) -> str:
 
 def sentence(found: Diagnosis) -> str:
     """The verdict in one sentence."""
+    if found.stopped and not found.chosen.terms:
+        return "The search was stopped before it found anything: diagnose again with more time."
     before, after = 1e3 * found.rmse_m["baseline"]["heldout"], 1e3 * found.rmse_m["augmented"]["heldout"]
     if found.verdict == "none":
         return f"Nothing is missing that these recordings could show: {before:.2f} mm on held-out motion."

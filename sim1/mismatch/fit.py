@@ -80,6 +80,8 @@ def fit(
     residuals, slopes = given or engine.slopes(unknowns, z, names)
     converged, iteration = False, 0
     for iteration in range(1, most + 1):
+        if engine.patience.over:
+            break
         progress(iteration / most)
         normal, gradient = normal_equations(residuals, slopes, z, names, temper)
         cost = cost_of(residuals, names, temper) + 0.5 * float(z @ z)

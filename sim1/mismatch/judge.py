@@ -8,7 +8,9 @@ import numpy as np
 
 from sim1.mismatch.fit import Fit, bounded_step, loss, weights
 
-LONGEST_Z = 3.0  # a step beyond this is no longer small; what the recording says about the coefficient is then everything
+LONGEST_Z = (
+    3.0  # a step beyond this is no longer small; what the recording says about the coefficient is then everything
+)
 
 
 def foretold(fit: Fit, temper: float) -> np.ndarray:

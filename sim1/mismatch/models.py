@@ -62,7 +62,7 @@ def calibrate(
         )
         moved = float(np.abs(found.z - z).max())
         z, temper = found.z, max(LEAST_TEMPER, temper_of(engine, found.residuals, names))
-        if number and moved < SETTLED:
+        if (number and moved < SETTLED) or engine.patience.over:
             break
     return replace(found, temper=temper)
 
@@ -94,6 +94,8 @@ def extended(
     worth = [c for c in candidates if c.gain > least][:most]
     models = []
     for number, candidate in enumerate(worth):  # a look at all where the screening sends them, more for those who lead
+        if engine.patience.over:
+            break
         progress(0.5 * number / len(worth), candidate.term.effect.name)
         terms = (*base.unknowns.terms, candidate.term)
         model = _looked_at(engine, base, terms, candidate.start, temper, names, variants * candidate.variants)

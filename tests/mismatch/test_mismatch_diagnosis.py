@@ -1,4 +1,5 @@
 import json
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from small_bundle import empty_bundle, filmed
 from sim1.cloth.physics import read_physics
 from sim1.mismatch.diagnose import diagnose
 from sim1.mismatch.findings import run_diagnosis
+from sim1.mismatch.patience import Patience
 from sim1.mismatch.predict import predict_files
 from sim1.mismatch.verdict import read_verdict
 from sim1.recording.bundle import write_bundle
@@ -77,6 +79,25 @@ def test_nothing_concealed_is_called_nothing():
     found = diagnose(filmed(empty_bundle(), seed=3))
     assert found.verdict == "none"
     assert found.chosen.terms == ()
+
+
+def test_a_search_that_is_stopped_reports_what_it_knows_and_claims_nothing(tmp_path):
+    write_bundle(tmp_path / "bundle", filmed(empty_bundle(motions=2, duration_s=1.2), air_normal=3.0))
+    verdict = run_diagnosis(tmp_path / "bundle", tmp_path / "out", lambda share, what: None, budget_s=0.0)
+    assert verdict.verdict == "unknown"
+    assert verdict.missing_physics == []
+    assert "more time" in verdict.next_experiment
+    assert read_physics(tmp_path / "out" / "baseline.yaml").effects == ()
+
+
+def test_the_first_interrupt_ends_the_search_and_the_second_the_program():
+    patience = Patience()
+    with pytest.raises(KeyboardInterrupt), patience.interruptible():
+        assert not patience.over
+        signal.raise_signal(signal.SIGINT)
+        assert patience.over
+        signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_one_recording_is_no_diagnosis():

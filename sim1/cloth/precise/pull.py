@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 from sim1.cloth.precise.world import World
 
 PASS_HZ = 12.0  # smoothing splines let slower motion through; a moving average would cut corners by millimetres
-GAP_S = 0.03  # a marker that is not seen within this time is left alone
+PASS_FRAMES = 0.3  # of the frame rate, where cameras are slow
+GAP_S, GAP_FRAMES = 0.03, 0.6  # a marker that is not seen within this time, and as many frames, is left alone
 ENDS_S = 0.04  # at the ends of a path its velocity is hardly known
 FEWEST = 8  # frames in which a marker must be seen
 
@@ -25,6 +26,7 @@ class Goals:
 
     first_s: float
     last_s: float
+    gap_s: float
     curves: tuple[
         tuple[BSpline, BSpline] | None, ...
     ]  # place and velocity of each marker; None where it was hardly seen
@@ -33,7 +35,8 @@ class Goals:
     @classmethod
     def of(cls, time_s: np.ndarray, markers_m: np.ndarray) -> "Goals":
         """From frames (N,) and markers (N, M, 3), NaN where not seen."""
-        stiffness = 1.0 / (float(np.median(np.diff(time_s))) * (2 * np.pi * PASS_HZ) ** 4)
+        frame_s = float(np.median(np.diff(time_s)))
+        stiffness = 1.0 / (frame_s * (2 * np.pi * min(PASS_HZ, PASS_FRAMES / frame_s)) ** 4)
         curves, times = [], []
         for m in range(markers_m.shape[1]):
             seen = np.isfinite(markers_m[:, m, 0])
@@ -43,7 +46,13 @@ class Goals:
                 continue
             curve = make_smoothing_spline(time_s[seen], markers_m[seen, m], lam=stiffness, axis=0)
             curves.append((curve, curve.derivative()))
-        return cls(first_s=float(time_s[0]), last_s=float(time_s[-1]), curves=tuple(curves), seen_s=tuple(times))
+        return cls(
+            first_s=float(time_s[0]),
+            last_s=float(time_s[-1]),
+            gap_s=max(GAP_S, GAP_FRAMES * frame_s),
+            curves=tuple(curves),
+            seen_s=tuple(times),
+        )
 
     def at(self, time_s: np.ndarray, worlds: list[World]) -> tuple[np.ndarray, np.ndarray]:
         """Places and velocities (P, T, M, 3) at the simulation's times (T,) as each world takes the cameras' report; NaN: none."""
@@ -73,7 +82,7 @@ class Goals:
         times = self.seen_s[m]
         after = np.clip(np.searchsorted(times, time_s), 1, len(times) - 1)
         nearest = np.minimum(np.abs(time_s - times[after - 1]), np.abs(time_s - times[after]))
-        return outside | (nearest > GAP_S)
+        return outside | (nearest > self.gap_s)
 
 
 def _same_cameras(a: World, b: World) -> bool:
