@@ -7,8 +7,8 @@ import numpy as np
 
 from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import Fit, fit, temper_of
-from sim1.mismatch.models import LEAST_TEMPER, Model, calibrate, extended, judged
+from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
+from sim1.mismatch.models import Model, calibrate, extended, judged
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
@@ -43,7 +43,7 @@ class Diagnosis:
 
     fitted: tuple[str, ...]
     heldout: tuple[str, ...]
-    temper: float
+    temper: Tempers
     noise_m: float
     baseline: Model
     models: tuple[Model, ...]  # every model that was fitted, best first, the baseline among them
@@ -115,7 +115,7 @@ def _diagnose(
             again = fit(engine, model.fit.unknowns, model.fit.z, fitted, temper=temper, most=AGAIN, given=given)
             pool.append(judged(again, temper, model.variants))
         best = min(pool, key=lambda model: rating(model, thresholds))
-        temper = max(LEAST_TEMPER, temper_of(engine, best.fit.residuals, fitted))
+        temper = temper_of(engine, best.fit.residuals, fitted)
         pool = [judged(model.fit, temper, model.variants) for model in pool]
         best = min(pool, key=lambda model: rating(model, thresholds))
     gain = gain_of(pool, best, thresholds)

@@ -7,13 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.compare import Observed
 from sim1.mismatch.engine import Engine, Looked
 from sim1.mismatch.search import Unknowns
 
 FREEDOM = 5.0  # of the Student-t likelihood
 FARTHEST_Z = 3.0  # a step changes no coefficient by more
 CONVERGED = 4e-4  # relative change of the cost that ends a search
-MOST_CORRELATED_S = 0.5
+MOST_CORRELATED_S = 1.0
+LEAST_TEMPER = 3.0  # blocks that follow each other share what the mesh gets wrong, however white the residual looks
+
+Tempers = dict[str, float]  # by recording: samples per independent sample
 
 
 def loss(residual: np.ndarray) -> np.ndarray:
@@ -33,7 +37,7 @@ class Fit:
     unknowns: Unknowns
     z: np.ndarray  # (P,)
     names: tuple[str, ...]  # fitted
-    temper: float  # samples per independent sample
+    temper: Tempers
     residuals: dict[str, np.ndarray]  # (K,)
     slopes: dict[str, np.ndarray]  # (K, P)
     converged: bool
@@ -50,13 +54,13 @@ class Fit:
         total = np.eye(len(self.z))
         for name in self.names:
             j = self.slopes[name]
-            total = total + (j.T * weights(self.residuals[name])) @ j / self.temper
+            total = total + (j.T * weights(self.residuals[name])) @ j / self.temper[name]
         return np.linalg.inv(total)
 
 
-def cost_of(residuals: dict[str, np.ndarray], names: tuple[str, ...], temper: float) -> float:
+def cost_of(residuals: dict[str, np.ndarray], names: tuple[str, ...], temper: Tempers) -> float:
     """Negative log likelihood of some recordings."""
-    return sum(float(loss(residuals[name]).sum()) for name in names) / temper
+    return sum(float(loss(residuals[name]).sum()) / temper[name] for name in names)
 
 
 def fit(
@@ -65,7 +69,7 @@ def fit(
     z: np.ndarray,
     names: tuple[str, ...],
     *,
-    temper: float,
+    temper: Tempers,
     most: int = 8,
     enough: float = CONVERGED,
     given: Looked | None = None,
@@ -126,14 +130,14 @@ def normal_equations(
     slopes: dict[str, np.ndarray],
     z: np.ndarray,
     names: tuple[str, ...],
-    temper: float,
+    temper: Tempers,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Gauss-Newton matrix (P, P) and gradient (P,) of the negative log posterior."""
     normal, gradient = np.eye(len(z)), z.copy()
     for name in names:
         w = weights(residuals[name])
-        normal = normal + (slopes[name].T * w) @ slopes[name] / temper
-        gradient = gradient + slopes[name].T @ (w * residuals[name]) / temper
+        normal = normal + (slopes[name].T * w) @ slopes[name] / temper[name]
+        gradient = gradient + slopes[name].T @ (w * residuals[name]) / temper[name]
     return normal, gradient
 
 
@@ -159,22 +163,22 @@ def bounded_step(normal, gradient, z, low, high) -> np.ndarray:
     return np.clip(z + step, low, high) - z
 
 
-def temper_of(engine: Engine, residuals: dict[str, np.ndarray], names: tuple[str, ...]) -> float:
-    """Samples per independent sample: neighbours in time and space share what the simulator gets wrong."""
-    times = []
-    for name in names:
-        one = engine.observed(name)
-        values = np.zeros(one.kept.shape)
-        values[one.kept] = np.clip(residuals[name], -4, 4)
-        seen = one.kept.astype(float)
-        power = (values**2).sum() / seen.sum()
-        step = float(np.median(np.diff(one.block_s)))
-        total = 1.0
-        for lag in range(1, int(MOST_CORRELATED_S / step)):
-            pairs = (seen[lag:] * seen[:-lag]).sum()
-            correlation = (values[lag:] * values[:-lag]).sum() / max(pairs, 1.0) / power
-            if correlation < 0.05:
-                break
-            total += 2 * correlation
-        times.append(total)
-    return float(np.mean(times))
+def temper_of(engine: Engine, residuals: dict[str, np.ndarray], names: tuple[str, ...]) -> Tempers:
+    """Samples per independent sample: neighbours in time share what the simulator gets wrong, at rest all of them."""
+    return {name: max(LEAST_TEMPER, _correlated(engine.observed(name), residuals[name])) for name in names}
+
+
+def _correlated(one: Observed, residual: np.ndarray) -> float:
+    values = np.zeros(one.kept.shape)
+    values[one.kept] = np.clip(residual, -4, 4)
+    seen = one.kept.astype(float)
+    power = (values**2).sum() / seen.sum()
+    step = float(np.median(np.diff(one.block_s)))
+    total = 1.0
+    for lag in range(1, int(MOST_CORRELATED_S / step)):
+        pairs = (seen[lag:] * seen[:-lag]).sum()
+        correlation = (values[lag:] * values[:-lag]).sum() / max(pairs, 1.0) / power
+        if correlation < 0.05:
+            break
+        total += 2 * correlation
+    return total

@@ -7,7 +7,7 @@ import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import CONVERGED, Fit, fit, promised, temper_of
+from sim1.mismatch.fit import CONVERGED, Fit, Tempers, fit, promised, temper_of
 from sim1.mismatch.screen import Candidate, screen, site_of
 from sim1.mismatch.search import Term, Unknowns
 
@@ -19,7 +19,7 @@ LEADERS = 3
 HOPELESS = 60.0  # nats by which a candidate's promise may lie behind the leader's
 ROUGH = 0.02  # share of the cost below which the first pass, with the step's error unknown, does not go on
 WORTH = 2.0  # nats that a candidate must promise to be fitted
-LEAST_TEMPER = 3.0  # blocks that follow each other share what the mesh gets wrong, however white the residual looks
+FIRST_TEMPER = 8.0  # before any residual is known
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +46,7 @@ def calibrate(
     passes: int = PASSES,
 ) -> Fit:
     """Fit and correct for the mesh in turn until neither moves the other."""
-    temper, found = 8.0, None
+    temper, found = dict.fromkeys(names, FIRST_TEMPER), None
     for number in range(passes):
         engine.refine(unknowns.world(z), names, step=number > 0)
         looked = engine.soften(unknowns, z, names)
@@ -61,13 +61,13 @@ def calibrate(
             progress=lambda share, n=number: progress((n + share) / passes),
         )
         moved = float(np.abs(found.z - z).max())
-        z, temper = found.z, max(LEAST_TEMPER, temper_of(engine, found.residuals, names))
+        z, temper = found.z, temper_of(engine, found.residuals, names)
         if (number and moved < SETTLED) or engine.patience.over:
             break
     return replace(found, temper=temper)
 
 
-def judged(found: Fit, temper: float, variants: int = 1) -> Model:
+def judged(found: Fit, temper: Tempers, variants: int = 1) -> Model:
     """A fit as a model among others, all with one temper."""
     found = replace(found, temper=temper)
     return Model(
@@ -80,7 +80,7 @@ def judged(found: Fit, temper: float, variants: int = 1) -> Model:
 def extended(
     engine: Engine,
     base: Fit,
-    temper: float,
+    temper: Tempers,
     names: tuple[str, ...],
     progress: Callable[[float, str], None],
     most: int = SHORTLIST,
@@ -125,7 +125,7 @@ def _looked_at(
     base: Fit,
     terms: tuple[Term, ...],
     start: np.ndarray,
-    temper: float,
+    temper: Tempers,
     names: tuple[str, ...],
     variants: int,
 ) -> Model | None:

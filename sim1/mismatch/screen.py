@@ -79,11 +79,10 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
             steps.append(step)
             owner.append((number, k))
     residuals, extra = engine.answers(worlds, np.array(steps), names)
-    w = {name: weights(residuals[name]) for name in names}
-    scale = 1.0 / fit.temper
+    w = {name: weights(residuals[name]) / fit.temper[name] for name in names}
     count = len(fit.z)
-    normal0 = np.eye(count) + sum((fit.slopes[n].T * w[n]) @ fit.slopes[n] for n in names) * scale
-    gradient0 = fit.z + sum(fit.slopes[n].T @ (w[n] * residuals[n]) for n in names) * scale
+    normal0 = np.eye(count) + sum((fit.slopes[n].T * w[n]) @ fit.slopes[n] for n in names)
+    gradient0 = fit.z + sum(fit.slopes[n].T @ (w[n] * residuals[n]) for n in names)
     low0, high0 = unknowns.bounds()
     best: dict[str, Candidate] = {}
     for number, (effect, variant) in enumerate(tries):
@@ -91,10 +90,10 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
         which = [k for n, k in owner if n == number]
         term = Term.of(effect, variant)
         g = {name: extra[name][:, columns] for name in names}
-        cross = sum((fit.slopes[n].T * w[n]) @ g[n] for n in names) * scale
-        own = sum((g[n].T * w[n]) @ g[n] for n in names) * scale
+        cross = sum((fit.slopes[n].T * w[n]) @ g[n] for n in names)
+        own = sum((g[n].T * w[n]) @ g[n] for n in names)
         normal = np.block([[normal0, cross], [cross.T, own + np.eye(len(columns))]])
-        gradient = np.concatenate([gradient0, sum(g[n].T @ (w[n] * residuals[n]) for n in names) * scale])
+        gradient = np.concatenate([gradient0, sum(g[n].T @ (w[n] * residuals[n]) for n in names)])
         low, high = unknowns.with_terms(*unknowns.terms, term).bounds()
         picked = [*range(count), *(count + k for k in which)]
         start = np.concatenate([fit.z, np.zeros(len(columns))])
@@ -102,7 +101,7 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
         alone = bounded_step(normal0, gradient0, fit.z, low0, high0)
         gain = _fall(normal, gradient, step) - _fall(normal0, gradient0, alone)
         projected = own - cross.T @ np.linalg.solve(normal0, cross)
-        samples = sum(len(residuals[n]) for n in names) * scale
+        samples = sum(len(residuals[n]) / fit.temper[n] for n in names)
         z = np.zeros(count + len(term.coefficients))
         z[:count] = fit.z + np.clip(step[:count], -1.0, 1.0)
         z[[count + k for k in which]] = np.clip(step[count:], -1.5, 1.5)
