@@ -17,6 +17,7 @@ from sim1.stage import BadInput
 
 FINALISTS = 3  # models, the baseline among them, that are fitted again once the mesh's error is known at the best
 AGAIN = 2  # iterations of that
+NEAR, FAR = 3.0, 0.3  # of a threshold, and of what the best gains: models further behind it are not fitted again
 WORTH_MORE = 0.5  # share of a threshold from which more effort is spent
 
 
@@ -27,8 +28,8 @@ class Thresholds:
     named: float = 45.0  # that an effect must gain over the baseline
     second: float = 25.0  # that another must gain over the first
     second_share: float = 0.15  # and in units of the first's gain: another formula or mesh leaves that much unexplained
-    margin: float = 4.0  # over the runner-up
-    margin_share: float = 0.03  # and in units of its own gain
+    margin: float = 8.0  # over the runner-up
+    margin_share: float = 0.005  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     explained: float = 0.5  # of the baseline's excess over noise and mesh that a named model must explain
     misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
@@ -110,9 +111,12 @@ def _diagnose(
         looked = engine.soften(at.unknowns, at.z, fitted)
         finalists = sorted(pool, key=lambda m: (bool(m.terms), rating(m, thresholds)))[:FINALISTS]
         pool = []
+        reach = max(NEAR * thresholds.named, FAR * gain_of(finalists, best, thresholds))
         for model in finalists:
             given = looked if model is best else None
-            again = fit(engine, model.fit.unknowns, model.fit.z, fitted, temper=temper, most=AGAIN, given=given)
+            close = rating(model, thresholds) < rating(best, thresholds) + reach  # the others only to be compared
+            most = AGAIN if close else 0
+            again = fit(engine, model.fit.unknowns, model.fit.z, fitted, temper=temper, most=most, given=given)
             pool.append(judged(again, temper, model.variants))
         best = min(pool, key=lambda model: rating(model, thresholds))
         temper = temper_of(engine, best.fit.residuals, fitted)
