@@ -12,7 +12,6 @@ from sim1.mismatch.engine import Engine, Looked
 from sim1.mismatch.search import Unknowns
 
 FREEDOM = 5.0  # of the Student-t likelihood
-FARTHEST_Z = 3.0  # a step changes no coefficient by more
 CONVERGED = 4e-4  # relative change of the cost that ends a search
 MOST_CORRELATED_S = 1.0
 LEAST_TEMPER = 3.0  # blocks that follow each other share what the mesh gets wrong, however white the residual looks
@@ -90,8 +89,7 @@ def fit(
         normal, gradient = normal_equations(residuals, slopes, z, names, temper)
         cost = cost_of(residuals, names, temper) + 0.5 * float(z @ z)
         step = bounded_step(normal, gradient, z, low, high)
-        largest = np.abs(step).max()
-        step *= min(1.0, FARTHEST_Z / max(largest, 1e-12))
+        step *= shortened(unknowns, step)
         better = None
         for shrink in (1.0, 0.4, 0.1):  # slopes come with it: the first trial is taken nearly always
             trial = np.clip(z + shrink * step, low, high)
@@ -139,6 +137,12 @@ def normal_equations(
         normal = normal + (slopes[name].T * w) @ slopes[name] / temper[name]
         gradient = gradient + slopes[name].T @ (w * residuals[name]) / temper[name]
     return normal, gradient
+
+
+def shortened(unknowns: Unknowns, step: np.ndarray) -> float:
+    """Share of a step (P,) that changes no coefficient by more than it may."""
+    farthest = np.array([c.farthest_z for c in unknowns.all])
+    return min(1.0, 1.0 / max(float(np.abs(step / farthest).max()), 1e-12))
 
 
 def promised(found: Fit) -> float:

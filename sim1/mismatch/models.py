@@ -18,6 +18,7 @@ MORE = 4  # iterations of the leaders, after a first look at all
 LEADERS = 3
 HOPELESS = 60.0  # nats by which a candidate's promise may lie behind the leader's
 ROUGH = 0.02  # share of the cost below which the first pass, with the step's error unknown, does not go on
+WORSE = 20.0  # nats by which a first look may be worse than the baseline and is still a place to go on from
 WORTH = 2.0  # nats that a candidate must promise to be fitted
 FIRST_TEMPER = 8.0  # before any residual is known
 
@@ -130,14 +131,13 @@ def _looked_at(
     variants: int,
 ) -> Model | None:
     unknowns = base.unknowns.with_terms(*terms)
+    z = np.concatenate([base.z, np.zeros(unknowns.count - len(base.z))])
+    found = None
     for share in (1.0, 0.3, 0.05):  # a linear forecast may promise more than the sheet can follow
-        z = np.concatenate([base.z, np.zeros(unknowns.count - len(base.z))])
         try:
-            return judged(
-                fit(engine, unknowns, z + share * (start - z), names, temper=temper, most=0),
-                temper,
-                variants,
-            )
+            found = fit(engine, unknowns, z + share * (start - z), names, temper=temper, most=0)
         except NotConverged:
             continue
-    return None
+        if found.cost < base.cost + WORSE:
+            break
+    return judged(found, temper, variants) if found else None

@@ -10,7 +10,7 @@ import numpy as np
 
 from sim1.cloth.effects import EFFECTS, Effect, Site
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import Fit, bounded_step, weights
+from sim1.mismatch.fit import Fit, bounded_step, shortened, weights
 from sim1.mismatch.search import Term
 
 
@@ -102,13 +102,15 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
         gain = _fall(normal, gradient, step) - _fall(normal0, gradient0, alone)
         projected = own - cross.T @ np.linalg.solve(normal0, cross)
         samples = sum(len(residuals[n]) / fit.temper[n] for n in names)
-        z = np.zeros(count + len(term.coefficients))
-        z[:count] = fit.z + np.clip(step[:count], -1.0, 1.0)
-        z[[count + k for k in which]] = np.clip(step[count:], -1.5, 1.5)
+        widened = unknowns.with_terms(*unknowns.terms, term)
+        change = np.zeros(widened.count)
+        change[picked] = step
+        # In one line: what the baseline imitated, it gives up as the effect comes in.
+        change *= shortened(widened, 2.0 * change)
         found = Candidate(
             term=term,
             gain=float(gain - np.log(len(effect.variants(site)))),
-            start=z,
+            start=np.concatenate([fit.z, np.zeros(widened.count - count)]) + change,
             variants=len(effect.variants(site)),
             power=float(np.sqrt(max(np.trace(projected), 0.0) / samples)),
         )

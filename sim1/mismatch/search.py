@@ -142,7 +142,7 @@ def baseline(bundle: Bundle) -> Unknowns:
                 if axis[0] == "t" or len(key[1]) > 1:
                     found.append(Coefficient(name=f"place/{grip}/{axis}", unit=unit, scale=std))
     for name in ("length_u", "length_v"):
-        found.append(Coefficient(name=name, unit="1", scale=LENGTH_STD, kind="log", centre=1.0))
+        found.append(Coefficient(name=name, unit="1", scale=LENGTH_STD, kind="log", centre=1.0, farthest_z=30.0))
     found.append(Coefficient(name="clamp", unit="1", scale=CLAMP_LOG_STD, kind="log", centre=world.clamp))
     found.append(Coefficient(name="rim", unit="1", scale=RIM_LOG_STD, kind="log", centre=world.rim))
     return Unknowns(base=world, nominal=tuple(found))

@@ -20,6 +20,7 @@ class Coefficient:
     low: float = -math.inf
     high: float = math.inf
     twin_z: float = 2e-5  # how far a twin's value lies from the base's: linear still, and well above round-off
+    farthest_z: float = 3.0  # a step of a search changes it by no more
     shape: bool = False  # says where or from when the effect acts, and nothing while its strength is 0
 
     def value(self, z: float) -> float:
