@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from sim1.cloth.cell_physics import cell_physics
 from sim1.cloth.physics import CONTACTS, SCALARS, read_physics
 from sim1.stage import BadInput
 
@@ -13,21 +14,24 @@ def known_physics(calibrated: Path | None, mismatch: Path | None) -> dict[str, A
     """The garment's model in a few JSON values; None where the pipeline has none.
 
     Args:
-        calibrated: artifact of `calibrated_physics`: the model that demonstrations and candidates are simulated with.
-        mismatch: artifact of `mismatch_report`: whether that model explains the recordings.
+        calibrated: artifact of `calibrated_physics`: what was found of the fabric, and `cell.yaml`, what demonstrations and
+            candidates are simulated with.
+        mismatch: artifact of `mismatch_report`: whether what was found explains the recordings.
 
     Raises:
         BadInput: an artifact is damaged.
     """
     if calibrated is None:
         return None
-    path = calibrated / "model.yaml"
+    path = calibrated / "cell.yaml"
     model = read_physics(path)
+    _, left_out = cell_physics(read_physics(calibrated / "model.yaml"))
     return {
         "model_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
         "values": {name: getattr(model, name).value for name in SCALARS},
         "friction": {name: getattr(model.friction, name).value for name in CONTACTS},
         "effects": [str(effect["name"]) for effect in model.effects],
+        "effects_not_simulated": list(left_out),
         "verdict": None if mismatch is None else _verdict(mismatch / "verdict.json"),
     }
 

@@ -12,8 +12,21 @@ import numpy as np
 from sim1.cloth.precise.pull import Goals
 from sim1.cloth.precise.world import World
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.locate import REGION_SHARE, WINDOW_S, WINDOWS_SHOWN, Window
 from sim1.recording.bundle import Recording
+
+WINDOW_S = 0.2
+WINDOWS_SHOWN = 3
+REGION_SHARE = 0.5  # the fewest markers that carry this share of the missing force form the region
+
+
+@dataclass(frozen=True, kw_only=True)
+class Window:
+    """A stretch of time in a recording and its share of the missing force."""
+
+    recording: str
+    from_s: float
+    to_s: float
+    share: float
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,22 +1,22 @@
 """A diagnosis as files: `verdict.json`, `model.yaml`, `baseline.yaml`, `report.html`."""
 
-import base64
 import math
 import os
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from sim1.cloth.effects import EFFECTS
 from sim1.cloth.physics import write_physics
 from sim1.mismatch.diagnose import THRESHOLDS, Diagnosis, Thresholds, diagnose, rating
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error
 from sim1.mismatch.model_file import effect_entry, physics_of
 from sim1.mismatch.models import Model
+from sim1.mismatch.page import write_page
 from sim1.mismatch.patience import Patience
+from sim1.mismatch.summary import Summary
 from sim1.mismatch.verdict import Verdict, write_verdict
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
@@ -62,7 +62,9 @@ def run_diagnosis(
     _whole(out / "baseline.yaml", lambda path: write_physics(path, physics_of(given, found.baseline.fit)))
     verdict = verdict_of(given, found)
     _whole(out / "verdict.json", lambda path: write_verdict(path, verdict))
-    _whole(out / "report.html", lambda path: write_page(path, given, found, verdict))
+    with tempfile.TemporaryDirectory() as pictures:
+        draw_pictures(Path(pictures), given, found)
+        _whole(out / "report.html", lambda path: write_page(path, verdict, summary_of(found), Path(pictures)))
     progress(1.0, "done")
     return verdict
 
@@ -168,40 +170,32 @@ def sentence(found: Diagnosis) -> str:
     return f"Something was left out that no known effect explains: {before:.2f} mm on held-out motion, {after:.2f} mm with the best of them."
 
 
-def write_page(path: Path, bundle: Bundle, found: Diagnosis, verdict: Verdict) -> None:
-    """The page for a person who has ten minutes."""
-    pictures = []
-    for draw, caption in (
-        (draw_forces, "Where and when: the force that the baseline lacks"),
-        (draw_heldout_error, "Held-out motion"),
-    ):
-        image = path.with_name(f"{draw.__name__}.png.part")
-        draw(image, bundle, found)
-        pictures.append((base64.b64encode(image.read_bytes()).decode(), caption))
-        image.unlink()
-    thresholds = THRESHOLDS
+def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary:
+    """What the page says beyond the verdict."""
     null = rating(found.baseline, thresholds)
-    ranking = [
-        {"name": _joined(model), "gain": null - rating(model, thresholds), "misfit": _misfit(model)}
-        for model in found.models[:10]
-    ]
-    rows = _parameters(found)
-    loader = FileSystemLoader(Path(__file__).parent)
-    template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined).get_template(
-        "diagnosis.html.jinja"
+    return Summary.model_validate(
+        {
+            "schema": "sim1.diagnosis/1",
+            "sentence": sentence(found),
+            "fitted": found.fitted,
+            "heldout": found.heldout,
+            "converged": found.baseline.fit.converged and found.chosen.fit.converged,
+            "misfit": {**found.misfit, "limit": thresholds.misfit},
+            "prices": {name: getattr(thresholds, name) for name in ("per_term", "named", "margin")},
+            "ranking": [
+                {"name": _joined(model), "gain": null - rating(model, thresholds), "misfit": _misfit(model)}
+                for model in found.models[:10]
+            ],
+            "estimates": _parameters(found),
+            "effects": found.chosen.terms,
+        }
     )
-    path.write_text(
-        template.render(
-            verdict=verdict,
-            sentence=sentence(found),
-            found=found,
-            images=pictures,
-            ranking=ranking,
-            parameters=rows,
-            effects=[EFFECTS[name] for name in found.chosen.terms],
-            thresholds=thresholds,
-        )
-    )
+
+
+def draw_pictures(folder: Path, bundle: Bundle, found: Diagnosis) -> None:
+    """Draw the pictures of the page (`CAPTIONS`) into a folder."""
+    draw_forces(folder / "forces.png", bundle, found)
+    draw_heldout_error(folder / "heldout_error.png", bundle, found)
 
 
 def _misfit(model: Model) -> float:

@@ -86,7 +86,7 @@ def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, 
     task = read_task(demos / "task.json")
     pool, model = read_pool(only(inputs, "segment_pool")), read_model(only(inputs, "motion_model"))
     source, arms = read_source(demos), Arms.of_scene(scene)
-    physics = read_physics(only(inputs, "calibrated_physics") / "model.yaml")
+    physics = read_physics(only(inputs, "calibrated_physics") / "cell.yaml")
     cell = Cell(mesh, scene, physics, source.cell)
     bench = _Bench(garment=garment, mesh=mesh, scene=scene, task=task, pool=pool, model=model, source=source, arms=arms,
                    cell=cell, config=config, out=out)  # fmt: skip

@@ -173,7 +173,7 @@ def open_bench(inputs: Inputs, garment: str) -> Bench:
     def look(garment_m: np.ndarray) -> np.ndarray:
         return render_head_view(garment_m, mesh.faces, scene, width=160, height=120)
 
-    physics = read_physics(inputs["calibrated_physics"][garment] / "model.yaml")
+    physics = read_physics(inputs["calibrated_physics"][garment] / "cell.yaml")
     cell = Cell(mesh, scene, physics, numerics)
     start = Start(garment_m=garment_m, joints_rad=first.joints_rad[0], openness=first.openness[0])
     return Bench(cell=cell, start=start, judge=decide, look=look)

@@ -1,18 +1,19 @@
 """A stand-in for a motion-capture lab: a virtual swatch, hung by an edge between the jaws of two clamps, swung and filmed. Nothing here is real cloth.
 
-It shares the sheet model with the estimator (a difference of solvers is not what it tests) but runs on a mesh 2.5 times as fine with
-a quarter of its time step, with parameters drawn around the priors and, for some garments, with still air that the baseline lacks.
+It films with the simulator that the diagnosis calibrates: formulas of the sheet, of its clamps and of still air, and the way of
+stepping through time are the same on both sides, so nothing that these get wrong can show. What differs: mesh, time step, the
+parameters, which are drawn around the priors and concealed, and, for some garments, still air that the baseline lacks.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from sim1.mismatch.dynamics import HeldSheet
-from sim1.mismatch.replay import drive_path, hang
-from sim1.mismatch.sheet import Material, Sheet, Swatch, place_on
+from sim1.cloth.precise.mesh import Sheet, place_on
+from sim1.cloth.precise.scene import prepare
+from sim1.cloth.precise.simulate import simulate
+from sim1.cloth.precise.world import World
 from sim1.recording.bundle import Bundle, Hold, Recording
 from sim1.recording.document import Environment, Priors
 from sim1.recording.mesh import RestMesh
@@ -23,7 +24,7 @@ REST_S = 0.5
 HEIGHT_M = 0.8
 # Amplitude and frequency of the motion across the sheet [m, Hz], of the turn about the vertical [rad, Hz] and of the lift [m, Hz].
 # Gentle, and from a flat start, on purpose: in larger swings, or hung along an arc, the sheet buckles and snaps, and markers then
-# depend on its parameters chaotically: neither this version's fit nor any other tells a modulus from such a motion.
+# depend on its parameters chaotically: little can be told from such a motion.
 SWINGS = {
     "slow": ((0.04, 0.9), (0.0, 1.0), (0.01, 1.4)),
     "fast": ((0.02, 1.7), (0.03, 1.1), (0.0, 1.0)),
@@ -31,6 +32,8 @@ SWINGS = {
 }
 GRAVITY = (0.0, 0.0, -9.81)
 AIR_DENSITY_KG_M3 = 1.2
+FABRIC = ("area_density_kg_m2", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
+DRAG = (1.1, 2.0)  # coefficients of plates across a stream
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,42 +53,83 @@ class Setup:
     swings: tuple[str, ...]
 
 
-def draw_material(priors: Priors, air_probability: float, stream: np.random.Generator) -> Material:
+def draw_world(priors: Priors, air_probability: float, stream: np.random.Generator) -> World:
     """The concealed truth: each parameter from its prior, at most 1.5 standard deviations off; air with the given probability."""
     values = {}
-    for name in ("area_density_kg_m2", "stretch_n_m", "poisson", "bending_n_m", "damping_s"):
+    for name in FABRIC:
         prior = getattr(priors, name)
-        off = np.clip(stream.standard_normal(), -1.5, 1.5)
+        off = float(np.clip(stream.standard_normal(), -1.5, 1.5))
         values[name] = (
             prior.value * np.exp(off * prior.log_std) if prior.log_std else prior.value + off * (prior.std or 0.0)
         )
     air = stream.random() < air_probability
-    c_normal = float(stream.uniform(1.1, 2.0))
+    drag = float(stream.uniform(*DRAG))
     values["poisson"] = min(max(values["poisson"], 0.05), 0.45)
-    return Material(**{key: float(value) for key, value in values.items()}, c_normal=c_normal if air else 0.0)
+    return World(
+        **{name: float(value) for name, value in values.items()},
+        gravity_m_s2=GRAVITY,
+        air_density_kg_m3=AIR_DENSITY_KG_M3,
+        air_normal=drag if air else 0.0,
+    )
 
 
-def record(priors: Priors, material: Material, setup: Setup, stream: np.random.Generator, progress=iter) -> Bundle:
-    """Film the swings of a virtual swatch of this material; `progress` wraps the list of swings."""
-    coarse = Swatch(side_m=setup.side_m, vertices_per_side=setup.vertices_per_side).sheet()
-    fine = Swatch(side_m=setup.side_m, vertices_per_side=setup.lab_vertices_per_side).sheet()
+def record(priors: Priors, world: World, setup: Setup, stream: np.random.Generator, progress=iter) -> Bundle:
+    """Film the swings of a virtual swatch of this world; `progress` wraps the list of swings.
+
+    Raises:
+        NotConverged: a swing that the sheet cannot follow.
+    """
     spots = _spots(setup, stream)
-    face, weight = place_on(coarse, spots)
-    anchors = Anchors(marker=np.arange(len(spots)), face=face, weight=weight)
+    own = _unfilmed(priors, setup, setup.lab_vertices_per_side, spots)
+    markers = {}
+    for recording in progress(own.recordings):
+        run = simulate(prepare(own, recording, setup.lab_step_s), [world])
+        markers[recording.name] = _filmed(run.markers_m[0], setup, stream)
+    given = _unfilmed(priors, setup, setup.vertices_per_side, spots)
+    recordings = tuple(replace(one, markers_m=markers[one.name]) for one in given.recordings)
+    return replace(given, recordings=recordings)
+
+
+def _unfilmed(priors: Priors, setup: Setup, count: int, spots: np.ndarray) -> Bundle:
+    """The bundle on a mesh of count x count vertices; markers (M, 3) stay where a flat hanging sheet has them."""
+    sheet = _square(count, setup.side_m)
+    face, weight = place_on(sheet, spots)
     spacing = setup.side_m / (setup.vertices_per_side - 1)
     jaw_m = (setup.vertices_per_side // 2 - 1) * spacing  # half of the edge less the gap in the middle
-    recordings = tuple(
-        _film(name, coarse, fine, jaw_m, spots, material, setup, stream) for name in progress(setup.swings)
-    )
-    vertices = np.column_stack([coarse.material_m, np.zeros(len(coarse.material_m))])
+    clamps = _clamped(sheet, setup.side_m, jaw_m)
+    frames = np.arange(int(setup.duration_s * setup.marker_rate_hz) + 1) / setup.marker_rate_hz
+    hanging = np.column_stack([spots[:, 0] - setup.side_m / 2, 0 * spots[:, 0], HEIGHT_M - spots[:, 1]])
+    recordings = []
+    for name in setup.swings:
+        drives = _commands(name, setup, jaw_m)
+        holds = tuple(
+            Hold(drive=drive, vertices=vertices, from_s=0.0, to_s=float(drives[drive].time_s[-1]), places_m=places)
+            for drive, (vertices, places) in clamps.items()
+        )
+        markers = np.repeat(hanging[None], len(frames), axis=0)
+        recordings.append(
+            Recording(name=f"swing_{name}", starts="rest", holds=holds, time_s=frames, markers_m=markers, drives=drives)
+        )
+    vertices = np.column_stack([sheet.material_m, np.zeros(len(sheet.material_m))])
     return Bundle(
-        mesh=RestMesh(vertices_m=vertices, faces=coarse.faces, material_m=coarse.material_m),
+        mesh=RestMesh(vertices_m=vertices, faces=sheet.faces, material_m=sheet.material_m),
         prior=priors,
         environment=Environment(gravity_m_s2=GRAVITY, air_density_kg_m3=AIR_DENSITY_KG_M3, table=None),
         noise_std_m=None,
-        anchors=anchors,
-        recordings=recordings,
+        anchors=Anchors(marker=np.arange(len(spots)), face=face, weight=weight),
+        recordings=tuple(recordings),
     )
+
+
+def _square(count: int, side_m: float) -> Sheet:
+    """A square of count x count vertices, diagonals alternating; vertex j * count + i lies at (u, v) = (i, j) * spacing."""
+    axis = np.linspace(0.0, side_m, count)
+    faces = []
+    for j in range(count - 1):
+        for i in range(count - 1):
+            a, b, c, d = j * count + i, j * count + i + 1, (j + 1) * count + i + 1, (j + 1) * count + i
+            faces += [(a, b, c), (a, c, d)] if (i + j) % 2 == 0 else [(a, b, d), (b, c, d)]
+    return Sheet(material_m=np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2), faces=np.array(faces))
 
 
 def _spots(setup: Setup, stream: np.random.Generator) -> np.ndarray:
@@ -127,36 +171,6 @@ def _clamped(sheet: Sheet, side_m: float, jaw_m: float) -> dict[str, tuple[np.nd
     return found
 
 
-def _film(
-    name: str,
-    coarse: Sheet,
-    fine: Sheet,
-    jaw_m: float,
-    spots: np.ndarray,
-    material: Material,
-    setup: Setup,
-    stream: np.random.Generator,
-) -> Recording:
-    drives = _commands(name, setup, jaw_m)
-    time = np.arange(round(setup.duration_s / setup.lab_step_s) + 1) * setup.lab_step_s
-    clamps = _clamped(fine, setup.side_m, jaw_m)
-    held = np.concatenate([vertices for vertices, _ in clamps.values()])
-    path = np.concatenate([drive_path(drives[drive], places, time) for drive, (_, places) in clamps.items()], axis=1)
-    gravity = np.array(GRAVITY)
-    body = HeldSheet(fine, held)
-    rest = body.rest(material, hang(fine, held, path[0], gravity), gravity)
-    shapes = body.motion(material, rest, path, setup.lab_step_s, gravity)
-    face, weight = place_on(fine, spots)
-    marked = (shapes[:, fine.faces[face]] * weight[..., None]).sum(2)
-    frames = np.arange(int(setup.duration_s * setup.marker_rate_hz) + 1) / setup.marker_rate_hz
-    holds = tuple(
-        Hold(drive=drive, vertices=vertices, from_s=0.0, to_s=float(drives[drive].time_s[-1]), places_m=places)
-        for drive, (vertices, places) in _clamped(coarse, setup.side_m, jaw_m).items()
-    )
-    markers = _filmed(CubicSpline(time, marked)(np.minimum(frames, time[-1])), setup, stream)
-    return Recording(name=f"swing_{name}", starts="rest", holds=holds, time_s=frames, markers_m=markers, drives=drives)
-
-
 def _filmed(markers: np.ndarray, setup: Setup, stream: np.random.Generator) -> np.ndarray:
     """Markers as the cameras see them: Gaussian noise, a few gross errors, drop-outs of several frames."""
     seen = markers + setup.noise_std_m * stream.standard_normal(markers.shape)
@@ -169,6 +183,6 @@ def _filmed(markers: np.ndarray, setup: Setup, stream: np.random.Generator) -> n
     return seen
 
 
-def truth(material: Material) -> dict[str, float]:
+def truth(world: World) -> dict[str, float]:
     """The concealed parameters, for sealing and for tests that open the seal."""
-    return {key: float(f"{value:.9g}") for key, value in asdict(material).items()}
+    return {name: float(f"{getattr(world, name):.9g}") for name in (*FABRIC, "air_normal")}

@@ -12,9 +12,9 @@ class RecordingsConfig:
 
     seed: int = 1  # of the concealed fabric and of the cameras' noise
     side_m: float = 0.3  # square swatch, a usual size of fabric samples
-    vertices_per_side: int = 8  # of the bundle's mesh, which the calibration searches on; even: the jaws are alike
-    lab_vertices_per_side: int = 22  # three lab cells a bundle cell; finer than the calibration's finest mesh
-    lab_step_s: float = 1 / 180  # a third of the calibration's step
+    vertices_per_side: int = 8  # of the bundle's mesh, which the diagnosis refines once; even: the jaws are alike
+    lab_vertices_per_side: int = 29  # four lab cells a bundle cell; the diagnosis has two
+    lab_step_s: float = 1 / 240  # a quarter of the step that the diagnosis searches with
     duration_s: float = 1.7  # of a recording; 0.5 s at rest come first
     markers_per_side: int = 5  # 25 markers
     marker_rate_hz: float = 60.0  # slow motion-capture rate
@@ -22,7 +22,7 @@ class RecordingsConfig:
     outlier_share: float = 0.005  # of samples with six times the noise
     dropout_share: float = 0.03  # of samples that are occluded, six frames at a time
     air_probability: float = 0.75  # that the stand-in lab has air: an effect that the baseline lacks
-    swings: tuple[str, ...] = ("slow", "fast", "mixed")  # motions; the last is never fitted
+    swings: tuple[str, ...] = ("slow", "fast", "mixed")  # motions; the diagnosis holds one of them out
 
 
 def recordings(inputs: Inputs, out: Path, config: RecordingsConfig) -> Facts:
@@ -67,7 +67,7 @@ def _stand_in(inputs: Inputs, config: RecordingsConfig):
 
     from sim1.progress import track
     from sim1.recording.document import Priors
-    from sim1.recording.lab import SWINGS, Setup, draw_material, record, truth
+    from sim1.recording.lab import SWINGS, Setup, draw_world, record, truth
     from sim1.scan.garment_file import read_garment_file
 
     if config.vertices_per_side % 2 or (config.lab_vertices_per_side - 1) % (config.vertices_per_side - 1):
@@ -80,21 +80,21 @@ def _stand_in(inputs: Inputs, config: RecordingsConfig):
     fabric = read_garment_file(only(inputs, "garment")).fabric
     priors = Priors.model_validate({name: vars(getattr(fabric, name)) for name in Priors.model_fields})
     garment = garment_of(inputs)
-    material = draw_material(priors, config.air_probability, random_stream(config.seed, garment, "fabric"))
+    world = draw_world(priors, config.air_probability, random_stream(config.seed, garment, "fabric"))
     sizes = {name: getattr(config, name) for name in Setup.__dataclass_fields__}
     bundle = record(
         priors,
-        material,
+        world,
         Setup(**sizes),
         random_stream(config.seed, garment, "cameras"),
         lambda names: track(names, "filming the swatch"),
     )
-    seal = hashlib.sha256(json.dumps(truth(material), sort_keys=True).encode()).hexdigest()
+    seal = hashlib.sha256(json.dumps(truth(world), sort_keys=True).encode()).hexdigest()
     origin = {
         "virtual": True,
         "what": "stand-in for a lab: a simulated swatch, not measured",
         "concealed": {"sha256": seal},
-        "shares_with_estimator": "the sheet model; not its mesh, its time step or its parameters",
+        "shares_with_estimator": "the simulator with all its formulas; not its mesh, its time step or its parameters",
     }
     return bundle, origin
 

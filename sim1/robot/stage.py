@@ -59,7 +59,7 @@ def seed_demos(inputs: Inputs, out: Path, config: SeedDemosConfig) -> Facts:
     garment = garment_of(inputs)
     mesh = read_garment_mesh(only(inputs, "garment_mesh"))
     scene = read_scene(only(inputs, "scene"))
-    physics = read_physics(only(inputs, "calibrated_physics") / "model.yaml")
+    physics = read_physics(only(inputs, "calibrated_physics") / "cell.yaml")
     task = read_task(_task_file(only(inputs, "task"), garment))
     numerics = CellConfig(substeps=config.substeps, iterations=config.iterations)
     cell = Cell(mesh, scene, physics, numerics, broken_to=out / "broken.npz")

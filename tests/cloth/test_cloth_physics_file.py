@@ -1,6 +1,10 @@
+from dataclasses import replace
+
 import pytest
 import yaml
 
+from sim1.cloth.cell_physics import cell_physics
+from sim1.cloth.effects import AirDrag, acted_effects
 from sim1.cloth.physics import (
     ClothPhysics,
     Friction,
@@ -66,3 +70,15 @@ def test_plane_stress_moduli_give_back_youngs_modulus_and_poisson_ratio():
     young = 4 * lame.mu_n_m * (lame.lambda_n_m + lame.mu_n_m) / (lame.lambda_n_m + 2 * lame.mu_n_m)
     assert young == pytest.approx(400.0)
     assert lame.lambda_n_m / (lame.lambda_n_m + 2 * lame.mu_n_m) == pytest.approx(0.3)
+
+
+def test_the_cell_gets_the_same_fabric_with_what_it_acts_and_is_told_what_it_lacks():
+    entries = tuple(
+        {"name": name, "parameters": {key: {"value": 1.0}}}
+        for name, key in (("clock_offset", "offset"), ("air_drag", "c_normal"), ("adhesion", "pressure"))
+    )
+    physics = replace(nominal_from_priors(FABRIC), effects=entries)
+    acted, left_out = cell_physics(physics)
+    assert acted == replace(physics, effects=entries[1:2])
+    assert left_out == ("adhesion",)
+    assert acted_effects(acted.effects) == (AirDrag(c_normal=1.0),)

@@ -37,8 +37,10 @@ def modelled(folder: Path) -> dict[str, dict[str, Path]]:
     """What the pipeline knows of the towel's physics; of the shorts it knows nothing."""
     (folder / "physics").mkdir(exist_ok=True)
     fabric = yaml.safe_load((DATA / "garments/towel.yaml").read_text())["fabric"]
-    drag = {"name": "air_drag", "parameters": {"coefficient": {"value": 1.2, "ci95": None, "unit": "1"}}}
-    write_physics(folder / "physics/model.yaml", replace(nominal_from_priors(fabric), effects=(drag,)))
+    drag = {"name": "air_drag", "parameters": {"c_normal": {"value": 1.2, "ci95": None, "unit": "1"}}}
+    sticky = {"name": "adhesion", "parameters": {"pressure": {"value": 1.0, "ci95": None, "unit": "Pa"}}}
+    write_physics(folder / "physics/model.yaml", replace(nominal_from_priors(fabric), effects=(drag, sticky)))
+    write_physics(folder / "physics/cell.yaml", replace(nominal_from_priors(fabric), effects=(drag,)))
     (folder / "physics/verdict.json").write_text(json.dumps({"schema": "sim1.verdict/1", "verdict": "named"}))
     return {name: {"towel": folder / "physics"} for name in ("calibrated_physics", "mismatch_report")}
 
@@ -120,8 +122,9 @@ def test_provenance_says_what_is_known_of_the_simulated_cloth(made):
     assert towel["values"]["area_density_kg_m2"] == 0.30
     assert towel["friction"].keys() == {"table", "robot", "self"}
     assert towel["effects"] == ["air_drag"]
+    assert towel["effects_not_simulated"] == ["adhesion"]
     assert towel["verdict"] == "named"
-    model = (made.parent / "physics/model.yaml").read_bytes()
+    model = (made.parent / "physics/cell.yaml").read_bytes()
     assert towel["model_sha256"] == hashlib.sha256(model).hexdigest()
 
 

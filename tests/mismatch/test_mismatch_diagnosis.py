@@ -92,11 +92,16 @@ def test_a_search_that_is_stopped_reports_what_it_knows_and_claims_nothing(tmp_p
 
 def test_the_first_interrupt_ends_the_search_and_the_second_the_program():
     patience = Patience()
-    with pytest.raises(KeyboardInterrupt), patience.interruptible():
-        assert not patience.over
-        signal.raise_signal(signal.SIGINT)
-        assert patience.over
-        signal.raise_signal(signal.SIGINT)
+
+    def interrupted_twice():
+        with patience.interruptible():
+            assert not patience.over
+            signal.raise_signal(signal.SIGINT)
+            assert patience.over
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted_twice()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 

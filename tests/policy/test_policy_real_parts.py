@@ -64,7 +64,7 @@ def inputs(tmp_path_factory):
     }
     scene({name: {"towel": path} for name, path in needs.items()}, place["scene"], SceneConfig())
     fabric = yaml.safe_load((ROOT / "data" / "garments" / "towel.yaml").read_text())["fabric"]
-    write_physics(place["calibrated_physics"] / "model.yaml", nominal_from_priors(fabric))
+    write_physics(place["calibrated_physics"] / "cell.yaml", nominal_from_priors(fabric))
     task = yaml.safe_load((ROOT / "data" / "tasks" / "towel.yaml").read_text())
     (place["seed_demos"] / "task.json").write_text(json.dumps(task))
     np.savez(place["seed_demos"] / "start.npz", garment_m=episode(0).garment_m[0])

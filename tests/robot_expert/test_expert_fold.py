@@ -54,7 +54,7 @@ def inputs(tmp_path_factory) -> dict[str, dict[str, Path]]:
         wrist_cameras={},
     )
     write_scene(folder / "scene", scene)
-    write_physics(folder / "calibrated_physics" / "model.yaml", nominal_from_priors(FABRIC))
+    write_physics(folder / "calibrated_physics" / "cell.yaml", nominal_from_priors(FABRIC))
     task = yaml.safe_load((ROOT / "data" / "tasks" / "towel.yaml").read_text())
     task["steps"][0] |= {"lift_m": 0.08, "carry_s": 1.6}
     (folder / "towel.yaml").write_text(yaml.safe_dump(task))
@@ -127,7 +127,7 @@ def test_a_task_out_of_reach_is_recorded_as_unreachable(inputs):
     from sim1.scene.description import read_scene
 
     scene = read_scene(inputs["scene"]["towel"])
-    physics = read_physics(inputs["calibrated_physics"]["towel"] / "model.yaml")
+    physics = read_physics(inputs["calibrated_physics"]["towel"] / "cell.yaml")
     mesh = read_garment_mesh(inputs["garment_mesh"]["towel"])
     cell = Cell(mesh, scene, physics, CellConfig(substeps=2, iterations=1, self_contact=False))
     far = (TOWEL.rest_m + np.array([0.0, 0.42, 0.002])).astype(np.float32)

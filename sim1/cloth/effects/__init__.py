@@ -80,6 +80,7 @@ __all__ = [
     "StrainStiffening",
     "Wind",
     "acted_effects",
+    "acts",
     "effect_of",
     "effects_of",
 ]
@@ -94,6 +95,11 @@ def effects_of(entries: tuple[dict, ...]) -> tuple[Effect, ...]:
     return tuple(effect_of(entry, EFFECTS) for entry in entries)
 
 
+def acts(effect: type[Effect]) -> bool:
+    """Whether `SolverAVBD` acts an effect."""
+    return effect.shape is not Effect.shape or effect.push is not Effect.push
+
+
 def acted_effects(entries: tuple[dict, ...]) -> tuple[Effect, ...]:
     """Effects of a model file that `SolverAVBD` acts; those of rig and cameras are left to the laboratory.
 
@@ -102,13 +108,10 @@ def acted_effects(entries: tuple[dict, ...]) -> tuple[Effect, ...]:
     """
     effects = effects_of(entries)
     for effect in effects:
-        kind = type(effect)
-        if not effect.measured and kind.shape is Effect.shape and kind.push is Effect.push:
-            able = sorted(
-                name for name, e in EFFECTS.items() if e.shape is not Effect.shape or e.push is not Effect.push
-            )
+        if not effect.measured and not acts(type(effect)):
+            able = sorted(name for name, known in EFFECTS.items() if acts(known))
             raise BadInput(
                 f"effects: {effect.name!r} is known to the identification simulator alone, the cloth solver acts {able}; "
-                "simulate with baseline.yaml, which does without it"
+                "simulate with cell.yaml, which does without it and says so, or with baseline.yaml"
             )
     return tuple(effect for effect in effects if not effect.measured)

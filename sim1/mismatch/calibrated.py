@@ -1,0 +1,51 @@
+"""The artifact of `calibrated_physics`: a diagnosis as models for simulations and as what its report is put together from."""
+
+from pathlib import Path
+
+from sim1.cloth.cell_physics import cell_physics
+from sim1.cloth.physics import write_physics
+from sim1.mismatch.diagnose import diagnose
+from sim1.mismatch.findings import draw_pictures, summary_of, verdict_of
+from sim1.mismatch.model_file import physics_of
+from sim1.mismatch.summary import write_summary
+from sim1.mismatch.verdict import write_verdict
+from sim1.progress import report
+from sim1.recording.bundle import read_bundle
+from sim1.recording.sufficient import require_for_diagnosis
+from sim1.stage import Facts
+
+
+def write_calibrated(bundle: Path, out: Path) -> Facts:
+    """Diagnose a bundle and write what was found.
+
+    Raises:
+        BadInput: the bundle is damaged or cannot support a diagnosis.
+        NotConverged: a recording that the baseline cannot follow.
+    """
+    given = read_bundle(bundle)
+    require_for_diagnosis(given)
+    found = diagnose(given, progress=lambda share, what: report(share, 1.0, what))
+    verdict, summary = verdict_of(given, found), summary_of(found)
+    model = physics_of(given, found.chosen.fit)
+    acted, left_out = cell_physics(model)
+    write_physics(out / "model.yaml", model)
+    write_physics(out / "baseline.yaml", physics_of(given, found.baseline.fit))
+    write_physics(out / "cell.yaml", acted)
+    write_verdict(out / "verdict.json", verdict)
+    write_summary(out / "summary.json", summary)
+    draw_pictures(out, given, found)
+    report(1.0, 1.0, "done")
+    return {
+        "verdict": verdict.verdict,
+        "effects": ", ".join(summary.effects) or "none",
+        "effects_not_simulated": ", ".join(left_out) or "none",
+        "heldout_recordings": ", ".join(summary.heldout),
+        "baseline_heldout_mm": round(1e3 * verdict.rmse_m.baseline.heldout, 3),
+        "model_heldout_mm": round(1e3 * verdict.rmse_m.augmented.heldout, 3),
+        "noise_mm": round(1e3 * verdict.noise_std_m, 3),
+        "parameters": [{name: _short(value) for name, value in row} for row in summary.estimates],
+    }
+
+
+def _short(value: str | float) -> str | float:
+    return value if isinstance(value, str) else float(f"{value:.4g}")
