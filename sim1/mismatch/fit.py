@@ -1,6 +1,5 @@
 """Fit a model to recordings: Gauss-Newton with priors and Student-t weights, slopes from twins."""
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -98,8 +97,6 @@ def fit(
             except NotConverged:
                 continue
             trial_cost = cost_of(new, names, temper) + 0.5 * float(trial @ trial)
-            if os.environ.get("DBG"):
-                print("     ", iteration, shrink, round(cost, 1), round(trial_cost, 1), np.round(trial, 2), flush=True)
             if trial_cost < cost:
                 better = trial, trial_cost
                 break

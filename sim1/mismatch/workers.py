@@ -6,6 +6,7 @@ A recording always goes to the same process, which has its scenes ready and star
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -50,7 +51,14 @@ _MOTIONS: dict[tuple[str, int, float, float], Motions] = {}
 
 def _begin(bundle: Bundle) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one who asked decides
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     _BUNDLE[:] = [bundle]
+
+
+def _end_with_parent() -> None:
+    """A killed program must not leave workers behind that wait for tasks."""
+    multiprocessing.parent_process().join()
+    os._exit(1)
 
 
 def _work(task: Task) -> Done:
