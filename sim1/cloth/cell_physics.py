@@ -9,7 +9,7 @@ from sim1.cloth.physics import ClothPhysics
 def cell_physics(physics: ClothPhysics) -> tuple[ClothPhysics, tuple[str, ...]]:
     """The same fabric with the effects that `SolverAVBD` acts alone, and the names of the cloth's effects that it leaves out.
 
-    Effects of the laboratory's rig and cameras are in neither: they are no part of a cell.
+    Effects of the laboratory's rig and cameras are in neither: they are no part of a cell, and its mesh is its own.
 
     Raises:
         BadInput: an effect that the library does not know, or one with parameters that are not allowed.
@@ -21,4 +21,4 @@ def cell_physics(physics: ClothPhysics) -> tuple[ClothPhysics, tuple[str, ...]]:
         if acts(type(effect)) and not effect.measured
     )
     left_out = tuple(effect.name for effect in effects if not acts(type(effect)) and not effect.measured)
-    return replace(physics, effects=kept), left_out
+    return replace(physics, effects=kept, mesh={}), left_out

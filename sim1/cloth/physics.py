@@ -1,7 +1,7 @@
 """Mechanical properties of a garment, and how they become the parameters of the cloth solver."""
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from sim1.stage import BadInput
 SCHEMA = "sim1.model/1"
 SCALARS = ("area_density_kg_m2", "thickness_m", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
 CONTACTS = ("table", "robot", "self")
+MESH = ("length_u", "length_v", "clamp", "rim")
 PRIOR_FRICTION = {"table": 0.4, "robot": 1.5, "self": 0.25}  # cotton on wood, on rubber finger pads, on cotton
 
 
@@ -45,6 +46,9 @@ class ClothPhysics:
     friction: Friction = Friction()
     effects: tuple[dict[str, Any], ...] = ()
     grips: tuple[dict[str, Any], ...] = ()  # {drive, vertices, places_m} of a lab's grips that calibration found
+    mesh: dict[str, float] = field(
+        default_factory=dict
+    )  # what the identification simulator's own mesh was found to get wrong
 
     def with_values(self, **values: float) -> "ClothPhysics":
         """The same fabric with some scalar values replaced; their intervals are dropped."""
@@ -105,6 +109,8 @@ def write_physics(path: Path, physics: ClothPhysics) -> None:
     content["effects"] = [dict(effect) for effect in physics.effects]
     if physics.grips:
         content["grips"] = [dict(grip) for grip in physics.grips]
+    if physics.mesh:
+        content["mesh"] = dict(physics.mesh)
     path.write_text(yaml.safe_dump(content, sort_keys=False))
 
 
@@ -136,7 +142,17 @@ def _from_mapping(content: dict[str, Any], where: str, *, strict: bool) -> Cloth
         friction=friction,
         effects=tuple(content.get("effects") or ()),
         grips=_grips(content.get("grips") or (), where),
+        mesh=_mesh(content.get("mesh") or {}, where),
     )
+
+
+def _mesh(entries: Any, where: str) -> dict[str, float]:
+    if not isinstance(entries, dict) or not set(entries) <= set(MESH):
+        raise BadInput(f"{where}: mesh holds {entries!r}, expected factors named {list(MESH)}")
+    for name, value in entries.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
+            raise BadInput(f"{where}: mesh.{name} is {value!r}, expected a positive number")
+    return {name: float(value) for name, value in entries.items()}
 
 
 def _grips(entries: Any, where: str) -> tuple[dict[str, Any], ...]:

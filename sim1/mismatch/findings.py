@@ -12,6 +12,7 @@ import numpy as np
 from sim1.cloth.physics import write_physics
 from sim1.mismatch.diagnose import THRESHOLDS, Diagnosis, Thresholds, diagnose, rating
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error
+from sim1.mismatch.fit import promised
 from sim1.mismatch.model_file import effect_entry, physics_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.page import write_page
@@ -21,6 +22,7 @@ from sim1.mismatch.verdict import Verdict, write_verdict
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
 
+LEFT_NATS, LEFT_SHARE = 3.0, 0.02  # that a search may leave; the share is of what the verdict rests on
 SEPARATING = {  # the recording that tells two explanations apart
     frozenset(
         ("air_drag", "added_mass")
@@ -179,7 +181,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
             "sentence": sentence(found),
             "fitted": found.fitted,
             "heldout": found.heldout,
-            "converged": found.baseline.fit.converged and found.chosen.fit.converged,
+            "converged": _settled(found),
             "misfit": {**found.misfit, "limit": thresholds.misfit},
             "prices": {name: getattr(thresholds, name) for name in ("per_term", "named", "margin")},
             "ranking": [
@@ -212,3 +214,10 @@ def _parameters(found: Diagnosis) -> list[dict[str, Any]]:
             {"name": c.name, "unit": c.unit, "prior": c.value(0.0), "value": c.value(z), "low": low, "high": high}
         )
     return [row for row in rows if not math.isnan(row["value"])]
+
+
+def _settled(found: Diagnosis) -> bool:
+    """Whether what more searching promises is small beside what decided."""
+    gain = rating(found.baseline, THRESHOLDS) - rating(found.chosen, THRESHOLDS)
+    least = max(LEFT_NATS, LEFT_SHARE * gain)
+    return all(fit.converged or promised(fit) < least for fit in (found.baseline.fit, found.chosen.fit))

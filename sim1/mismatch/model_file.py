@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sim1.cloth.effects import Effect, effects_of
-from sim1.cloth.physics import PRIOR_FRICTION, ClothPhysics, Friction, Property
+from sim1.cloth.physics import MESH, PRIOR_FRICTION, ClothPhysics, Friction, Property
 from sim1.cloth.precise.scene import estimated_places, table_z, unknown_holds
 from sim1.cloth.precise.world import World
 from sim1.mismatch.fit import Fit
@@ -38,6 +38,7 @@ def physics_of(bundle: Bundle, found: Fit, *, widen: float = 1.0) -> ClothPhysic
         friction=friction,
         effects=tuple(effect_entry(found, index, widen) for index in range(len(found.unknowns.terms))),
         grips=_grips(bundle, world),
+        mesh={c.name: float(getattr(world, c.name)) for c in found.unknowns.nominal if c.name in MESH},
     )
 
 
@@ -96,6 +97,7 @@ def world_of(physics: ClothPhysics, bundle: Bundle) -> World:
         gravity_m_s2=tuple(bundle.environment.gravity_m_s2),
         air_density_kg_m3=bundle.environment.air_density_kg_m3,
         places=tuple((0.0,) * 6 for _ in unknown_holds(bundle)),
+        **physics.mesh,
     )
     for effect in effects_of(physics.effects):
         world = effect.act(world)

@@ -33,6 +33,9 @@ class Patience:
             yield  # only the main thread hears signals
             return
         before = signal.getsignal(signal.SIGINT)
+        if before == signal.SIG_IGN:
+            yield  # whoever started the program wants it undisturbed
+            return
 
         def hear(number, frame):
             self.interrupt()

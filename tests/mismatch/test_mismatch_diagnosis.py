@@ -51,13 +51,13 @@ def test_the_files_read_back_and_the_page_says_the_verdict(dragged):
 
 
 def test_prediction_from_the_model_beats_the_baseline_from_rest_and_drives_alone(dragged):
-    bundle, folder, _, _ = dragged
+    bundle, folder, verdict, _ = dragged
     short = []
     for recording in bundle.recordings:
         rows = recording.time_s <= 0.5
         short.append(replace(recording, time_s=recording.time_s[rows], markers_m=recording.markers_m[rows]))
     write_bundle(folder / "short", replace(bundle, recordings=tuple(short)))
-    errors = {}
+    errors, each = {}, {}
     for model in ("model", "baseline"):
         target = folder / f"{model}.parquet"
         rows = predict_files(folder / "short", folder / "out" / f"{model}.yaml", target, lambda share, what: None)
@@ -71,8 +71,11 @@ def test_prediction_from_the_model_beats_the_baseline_from_rest_and_drives_alone
             assert part.time_s.max() == pytest.approx(2.0, abs=1 / 60)
             squares.append(np.square(places[: len(recording.time_s)] - recording.markers_m).mean())
         errors[model] = float(np.sqrt(np.mean(squares)))
+        each[model] = np.sqrt(squares)
     assert errors["model"] < 0.6e-3
     assert errors["model"] < 0.5 * errors["baseline"]
+    for model, reported in (("model", verdict.rmse_m.augmented), ("baseline", verdict.rmse_m.baseline)):
+        assert np.abs(each[model] / reported.heldout - 1).min() < 0.02  # the report speaks of the files
 
 
 def test_nothing_concealed_is_called_nothing():
@@ -90,7 +93,14 @@ def test_a_search_that_is_stopped_reports_what_it_knows_and_claims_nothing(tmp_p
     assert read_physics(tmp_path / "out" / "baseline.yaml").effects == ()
 
 
-def test_the_first_interrupt_ends_the_search_and_the_second_the_program():
+@pytest.fixture
+def default_interrupts():
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_the_first_interrupt_ends_the_search_and_the_second_the_program(default_interrupts):
     patience = Patience()
 
     def interrupted_twice():

@@ -25,7 +25,7 @@ class World:
     air_density_kg_m3: float = 1.2
     places: tuple[tuple[float, ...], ...] = ()  # per grip: shift (3) [m] and turn (3) [rad] of its held vertices
 
-    # What a mesh leaves open; a search may move it within its tolerance, and no model file keeps it.
+    # What a mesh leaves open: no finding, but a search may move it within its tolerance.
     length_u: float = 1.0  # rest length over the mesh's: facets shorten a bowed sheet
     length_v: float = 1.0
     clamp: float = 2.0  # bending energy of a cell of which half is held
