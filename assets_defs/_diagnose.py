@@ -12,13 +12,18 @@ def diagnose(
     bundle: Bundle,
     out: Annotated[Path, typer.Option(help="Folder for verdict.json, model.yaml, baseline.yaml and report.html.")],
     budget_minutes: Annotated[
-        float | None, typer.Option(min=0.5, help="Stop searching in time to report what is known after so long.")
+        float | None,
+        typer.Option(
+            min=0.5,
+            help="Stop searching in time to report what is known after so long; simulating every recording from rest three times is the least.",
+        ),
     ] = None,
 ) -> None:
     """Locate, name and model the physics that the simulator leaves out of recordings.
 
     Ctrl-C ends the search; what is known by then is written. A second one ends the program.
     """
+    from sim1.cloth.precise.simulate import NotConverged
     from sim1.stage import BadInput
 
     try:
@@ -26,7 +31,7 @@ def diagnose(
             from sim1.mismatch.findings import run_diagnosis
 
             verdict = run_diagnosis(bundle, out, tell, budget_minutes and 60 * budget_minutes)
-    except BadInput as error:
+    except (BadInput, NotConverged) as error:
         _stop(str(error))
     names = ", ".join(effect.name for effect in verdict.missing_physics) or "-"
     heldout = verdict.rmse_m
@@ -42,6 +47,7 @@ def predict(
     out: Annotated[Path, typer.Option(help="Parquet file to write.")],
 ) -> None:
     """Simulate every recording of a bundle from its rest state and its drives alone."""
+    from sim1.cloth.precise.simulate import NotConverged
     from sim1.stage import BadInput
 
     try:
@@ -49,7 +55,7 @@ def predict(
             from sim1.mismatch.predict import predict_files
 
             rows = predict_files(bundle, model, out, tell)
-    except BadInput as error:
+    except (BadInput, NotConverged) as error:
         _stop(str(error))
     print(f"{rows} rows in {out}")
 

@@ -7,8 +7,7 @@ from sim1.cloth.physics import write_physics
 from sim1.mismatch.diagnose import diagnose
 from sim1.mismatch.findings import draw_pictures, summary_of, verdict_of
 from sim1.mismatch.model_file import physics_of
-from sim1.mismatch.summary import write_summary
-from sim1.mismatch.verdict import write_verdict
+from sim1.mismatch.strict_json import write_json
 from sim1.progress import report
 from sim1.recording.bundle import read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
@@ -31,8 +30,8 @@ def write_calibrated(bundle: Path, out: Path) -> Facts:
     write_physics(out / "model.yaml", model)
     write_physics(out / "baseline.yaml", physics_of(given, found.baseline.fit))
     write_physics(out / "cell.yaml", acted)
-    write_verdict(out / "verdict.json", verdict)
-    write_summary(out / "summary.json", summary)
+    write_json(out / "verdict.json", verdict)
+    write_json(out / "summary.json", summary)
     draw_pictures(out, given, found)
     report(1.0, 1.0, "done")
     return {

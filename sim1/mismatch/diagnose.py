@@ -8,7 +8,7 @@ import numpy as np
 from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
-from sim1.mismatch.models import Model, calibrate, extended, judged
+from sim1.mismatch.models import Model, Tried, calibrate, extended, judged
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
@@ -49,11 +49,11 @@ class Diagnosis:
     baseline: Model
     models: tuple[Model, ...]  # every model that was fitted, best first, the baseline among them
     chosen: Model
-    screened: tuple[Candidate, ...]
+    lost: tuple[Candidate, ...]  # effects that promised something and that no simulation followed
     stopped: bool  # before all was tried
     verdict: str
     rivals: tuple[Model, ...]  # that explain it about as well
-    misfit: dict[str, float]  # mean squared residual of baseline and chosen on the folds not seen
+    misfit: dict[str, float]  # mean squared residual of baseline and chosen on what was fitted
     rmse_m: dict[str, dict[str, float]]
     heldout_markers_m: dict[str, dict[str, np.ndarray]]  # baseline, augmented: recording -> (N, M, 3)
     located: Located  # against the baseline
@@ -80,7 +80,7 @@ def diagnose(
         raise BadInput(
             f"bundle.yaml: {len(bundle.recordings)} recording; a diagnosis needs two or more, one of them to test what the others taught"
         )
-    with Engine(bundle, noise_m=bundle.noise_std_m, patience=patience) as engine:
+    with Engine(bundle, patience=patience) as engine:
         return _diagnose(engine, bundle, thresholds, progress)
 
 
@@ -100,8 +100,8 @@ def _diagnose(
     progress(0.02, what)
     base = calibrate(engine, plain, np.zeros(plain.count), fitted, lambda share: progress(0.02 + 0.28 * share, what))
     temper = base.temper
-    singles, screened = extended(engine, base, temper, fitted, lambda s, n: progress(0.3 + 0.25 * s, f"trying {n}"))
-    pool = [judged(base, temper), *singles]
+    singles = extended(engine, base, temper, fitted, lambda s, n: progress(0.3 + 0.25 * s, f"trying {n}"))
+    pool = [judged(base, temper), *singles.models]
     best = min(pool, key=lambda model: rating(model, thresholds))
     if gain_of(pool, best, thresholds) > WORTH_MORE * thresholds.named and not engine.patience.over:
         progress(0.55, "fitting the best again")
@@ -123,9 +123,10 @@ def _diagnose(
         pool = [judged(model.fit, temper, model.variants) for model in pool]
         best = min(pool, key=lambda model: rating(model, thresholds))
     gain = gain_of(pool, best, thresholds)
+    pairs = Tried()
     if gain > WORTH_MORE * thresholds.named and not engine.patience.over:
         # A baseline that imitates the effect is a bad place to look for a second one from: look from the best single.
-        pairs, _ = extended(
+        pairs = extended(
             engine,
             best.fit,
             temper,
@@ -135,12 +136,13 @@ def _diagnose(
             least=WORTH_MORE * max(thresholds.second, thresholds.second_share * gain),
             variants=best.variants,
         )
-        pool += pairs
+        pool += pairs.models
     ranked = sorted(pool, key=lambda model: rating(model, thresholds))
     null = next(model for model in pool if not model.terms)
     stopped = engine.patience.over
     verdict, chosen, rivals, misfit = decide(null, ranked, thresholds)
-    if stopped and verdict == "none":
+    lost = (*singles.lost, *pairs.lost)
+    if verdict == "none" and (stopped or any(candidate.gain > thresholds.named for candidate in lost)):
         verdict = "unknown"  # not all was tried
     progress(0.8, "checking on motion held out")
     rmse, shown = {}, {}
@@ -161,7 +163,7 @@ def _diagnose(
         baseline=null,
         models=tuple(ranked),
         chosen=chosen,
-        screened=tuple(screened),
+        lost=lost,
         stopped=stopped,
         verdict=verdict,
         rivals=tuple(rivals),

@@ -1,5 +1,6 @@
 """All recordings of a bundle in any world, with slopes: residuals in units of their standard deviation."""
 
+import time
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -12,9 +13,10 @@ from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Unknowns
 from sim1.mismatch.workers import Done, Task, Workers
 from sim1.recording.bundle import Bundle
+from sim1.stage import BadInput
 
-STEP_S = 1 / 60  # of searches; what it gets wrong is measured by STEPS_S and corrected for
-STEPS_S = 1 / 240
+STEP_S = 1 / 60  # of searches; what it gets wrong is measured with FINE_STEP_S and corrected for
+FINE_STEP_S = 1 / 240
 ENOUGH_VERTICES = 250  # a mesh of fewer is refined: slack sheets of 12 x 12 vertices fold millimetres off
 WOBBLE_Z = 0.03  # in prior standard deviations: what the simulator itself is taken to be wrong by
 FOLLOW_HZ = 2.0  # how fast a simulated marker follows the measured one while models are compared
@@ -39,7 +41,6 @@ class Engine:
         self,
         bundle: Bundle,
         *,
-        noise_m: float | None = None,
         processes: int | None = None,
         follow_hz: float = FOLLOW_HZ,
         patience: Patience | None = None,
@@ -47,8 +48,7 @@ class Engine:
         self.bundle, self.follow_hz, self.patience = bundle, follow_hz, patience or Patience()
         self.workers = Workers(bundle, processes)
         observed = [observe(recording) for recording in bundle.recordings]
-        noise = block_noise_m(observed, list(bundle.recordings)) or noise_m or 1e-3
-        self.noise_m = noise
+        self.noise_m = noise = _noise_m(bundle, observed)
         self.finer = mesh_for(bundle)
         self.stages = {
             recording.name: _Stage(
@@ -57,7 +57,7 @@ class Engine:
             for recording, one in zip(bundle.recordings, observed, strict=True)
         }
         self.area_m2 = float(next(iter(self.stages.values())).scene.sheet.face_area_m2.sum())
-        self.runs = self.twins = 0
+        self._pace_s = float("inf")  # seconds that a step of one recording takes
 
     def __enter__(self) -> Self:
         """Itself."""
@@ -82,7 +82,7 @@ class Engine:
         Without `step` the correction stays.
         """
         other = self.finer - 1 if self.finer else self.finer + 1
-        kinds = [(self.finer, STEP_S), (other, STEP_S), *([(self.finer, STEPS_S)] if step else [])]
+        kinds = [(self.finer, STEP_S), (other, STEP_S), *([(self.finer, FINE_STEP_S)] if step else [])]
         runs = self._run([self._task(name, (world,), *kind) for kind in kinds for name in names])
         for k, name in enumerate(names):
             working, rough, *exact = (run.markers_m[0] for run in runs[k :: len(names)])
@@ -93,7 +93,7 @@ class Engine:
 
     def foretell(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Markers (N, M, 3) from rest and drives alone, nothing pulled: what `sim1 predict` would say."""
-        tasks = [replace(self._task(name, (world,), self.finer, STEPS_S), follow_hz=0.0) for name in names]
+        tasks = [replace(self._task(name, (world,), self.finer, FINE_STEP_S), follow_hz=0.0) for name in names]
         return {name: run.markers_m[0] for name, run in zip(names, self._run(tasks), strict=True)}
 
     def soften(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]) -> Looked:
@@ -153,13 +153,34 @@ class Engine:
         return Task(recording=name, worlds=worlds, finer=finer, step_s=step_s, follow_hz=self.follow_hz)
 
     def _run(self, tasks: list[Task]) -> list[Done]:
+        began = time.monotonic()
         runs = self.workers(tasks)
+        self._pace_s = min(self._pace_s, (time.monotonic() - began) / sum(map(self._steps, tasks)))
+        self.patience.reserve_s = self._pace_s * self._closing_steps()
         for task, run in zip(tasks, runs, strict=True):
             if task.follow_hz and task.finer == self.finer:
                 self.stages[task.recording].rest_m = run.rest_m
-        self.runs += len(tasks)
-        self.twins += sum(len(task.worlds) - 1 for task in tasks)
         return runs
+
+    def _steps(self, task: Task) -> float:
+        return float(np.ptp(self.stages[task.recording].scene.time_s)) / task.step_s
+
+    def _closing_steps(self) -> float:
+        """Steps that are simulated when the search is over: both models from rest, and the baseline on the markers."""
+        total_s = sum(float(np.ptp(stage.scene.time_s)) for stage in self.stages.values())
+        return total_s * (2 / FINE_STEP_S + 1 / STEP_S)
+
+
+def _noise_m(bundle: Bundle, observed: list[Observed]) -> float:
+    measured = block_noise_m(observed, list(bundle.recordings))
+    if measured:
+        return measured
+    if bundle.noise_std_m is None:
+        raise BadInput(
+            "bundle.yaml: markers.noise_std_m is null and no recording rests long enough to measure it: state the markers' noise in m"
+        )
+    frames = min(float(np.median(np.diff(one.starts))) for one in observed)
+    return bundle.noise_std_m / float(np.sqrt(frames))
 
 
 def mesh_for(bundle: Bundle) -> int:

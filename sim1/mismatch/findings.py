@@ -10,18 +10,20 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.physics import write_physics
-from sim1.mismatch.diagnose import THRESHOLDS, Diagnosis, Thresholds, diagnose, rating
+from sim1.mismatch.diagnose import THRESHOLDS, Diagnosis, Thresholds, diagnose, mean_square, rating
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error
 from sim1.mismatch.fit import promised
 from sim1.mismatch.model_file import effect_entry, physics_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.page import write_page
 from sim1.mismatch.patience import Patience
+from sim1.mismatch.strict_json import write_json
 from sim1.mismatch.summary import Summary
-from sim1.mismatch.verdict import Verdict, write_verdict
+from sim1.mismatch.verdict import Verdict
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
 
+LOST = "it promised something, and no simulation with it found its way from rest to the end: not judged"
 LEFT_NATS, LEFT_SHARE = 3.0, 0.02  # that a search may leave; the share is of what the verdict rests on
 SEPARATING = {  # the recording that tells two explanations apart
     frozenset(
@@ -63,7 +65,7 @@ def run_diagnosis(
     _whole(out / "model.yaml", lambda path: write_physics(path, physics_of(given, found.chosen.fit)))
     _whole(out / "baseline.yaml", lambda path: write_physics(path, physics_of(given, found.baseline.fit)))
     verdict = verdict_of(given, found)
-    _whole(out / "verdict.json", lambda path: write_verdict(path, verdict))
+    _whole(out / "verdict.json", lambda path: write_json(path, verdict))
     with tempfile.TemporaryDirectory() as pictures:
         draw_pictures(Path(pictures), given, found)
         _whole(out / "report.html", lambda path: write_page(path, verdict, summary_of(found), Path(pictures)))
@@ -98,6 +100,7 @@ def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESH
         for name, chance in sorted(chances.items(), key=lambda item: -item[1])
         if name not in named
     ][:6]
+    others += [{"name": name, "probability": 0.0, "why_not": LOST} for name in lost_names(found) if name not in named]
     missing = found.verdict != "none"
     return Verdict.model_validate(
         {
@@ -136,6 +139,12 @@ def _why_not(name: str, found: Diagnosis, thresholds: Thresholds) -> str:
     if behind < 0:
         return f"it gains {-behind:.1f} nats beside {_joined(found.chosen)}: less than a further effect has to"
     return f"{_joined(best)} explains {behind:.1f} nats less of the motion than {_joined(found.chosen)}"
+
+
+def lost_names(found: Diagnosis) -> list[str]:
+    """Effects that promised something and were never simulated to the end."""
+    judged = {name for model in found.models for name in model.terms}
+    return sorted({candidate.term.effect.name for candidate in found.lost} - judged)
 
 
 def _joined(model: Model) -> str:
@@ -185,7 +194,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
             "misfit": {**found.misfit, "limit": thresholds.misfit},
             "prices": {name: getattr(thresholds, name) for name in ("per_term", "named", "margin")},
             "ranking": [
-                {"name": _joined(model), "gain": null - rating(model, thresholds), "misfit": _misfit(model)}
+                {"name": _joined(model), "gain": null - rating(model, thresholds), "misfit": mean_square(model.fit)}
                 for model in found.models[:10]
             ],
             "estimates": _parameters(found),
@@ -198,11 +207,6 @@ def draw_pictures(folder: Path, bundle: Bundle, found: Diagnosis) -> None:
     """Draw the pictures of the page (`CAPTIONS`) into a folder."""
     draw_forces(folder / "forces.png", bundle, found)
     draw_heldout_error(folder / "heldout_error.png", bundle, found)
-
-
-def _misfit(model: Model) -> float:
-    values = np.concatenate([model.fit.residuals[name] for name in model.fit.names])
-    return float(np.mean(np.minimum(values**2, 25.0)))
 
 
 def _parameters(found: Diagnosis) -> list[dict[str, Any]]:

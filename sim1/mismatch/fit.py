@@ -39,7 +39,6 @@ class Fit:
     residuals: dict[str, np.ndarray]  # (K,)
     slopes: dict[str, np.ndarray]  # (K, P)
     converged: bool
-    iterations: int
 
     @property
     def cost(self) -> float:
@@ -80,7 +79,7 @@ def fit(
     low, high = unknowns.bounds()
     z = np.clip(z, low, high)
     residuals, slopes = given or engine.slopes(unknowns, z, names)
-    converged, iteration = False, 0
+    converged = False
     for iteration in range(1, most + 1):
         if engine.patience.over:
             break
@@ -89,19 +88,20 @@ def fit(
         cost = cost_of(residuals, names, temper) + 0.5 * float(z @ z)
         step = bounded_step(normal, gradient, z, low, high)
         step *= shortened(unknowns, step)
-        better = None
+        better, followed = None, False
         for shrink in (1.0, 0.4, 0.1):  # slopes come with it: the first trial is taken nearly always
             trial = np.clip(z + shrink * step, low, high)
             try:
                 new, new_slopes = engine.slopes(unknowns, trial, names)
             except NotConverged:
                 continue
+            followed = True
             trial_cost = cost_of(new, names, temper) + 0.5 * float(trial @ trial)
             if trial_cost < cost:
                 better = trial, trial_cost
                 break
         if better is None:
-            converged = True  # no way down along the slopes: as good as this mesh tells
+            converged = followed  # no way down along the slopes: as good as this mesh tells
             break
         gain = cost - better[1]
         z, residuals, slopes = better[0], new, new_slopes
@@ -116,7 +116,6 @@ def fit(
         residuals=residuals,
         slopes=slopes,
         converged=converged,
-        iterations=iteration,
     )
 
 

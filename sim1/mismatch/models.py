@@ -38,6 +38,14 @@ class Model:
         return self.fit.cost - 0.5 * float(size) + float(np.log(self.variants))
 
 
+@dataclass(frozen=True, kw_only=True)
+class Tried:
+    """What became of the effects that a model could be extended by."""
+
+    models: tuple[Model, ...] = ()  # best first
+    lost: tuple[Candidate, ...] = ()  # promising, and no simulation with them found its way
+
+
 def calibrate(
     engine: Engine,
     unknowns: Unknowns,
@@ -49,7 +57,8 @@ def calibrate(
     """Fit and correct for the mesh in turn until neither moves the other."""
     temper, found = dict.fromkeys(names, FIRST_TEMPER), None
     for number in range(passes):
-        engine.refine(unknowns.world(z), names, step=number > 0)
+        if not engine.patience.over:
+            engine.refine(unknowns.world(z), names, step=number > 0)
         looked = engine.soften(unknowns, z, names)
         found = fit(
             engine,
@@ -87,20 +96,23 @@ def extended(
     most: int = SHORTLIST,
     least: float = WORTH,
     variants: int = 1,
-) -> tuple[list[Model], list[Candidate]]:
-    """`base` with each of the most promising effects added, fitted; and all candidates as screened."""
+) -> Tried:
+    """`base` with each of the most promising effects added, fitted."""
+    if engine.patience.over:
+        return Tried()
     site = site_of(engine, base)
     base = replace(base, temper=temper)
-    candidates = screen(engine, base, site, names)
-    worth = [c for c in candidates if c.gain > least][:most]
-    models = []
+    worth = [c for c in screen(engine, base, site, names) if c.gain > least][:most]
+    models, lost = [], []
     for number, candidate in enumerate(worth):  # a look at all where the screening sends them, more for those who lead
         if engine.patience.over:
             break
         progress(0.5 * number / len(worth), candidate.term.effect.name)
         terms = (*base.unknowns.terms, candidate.term)
         model = _looked_at(engine, base, terms, candidate.start, temper, names, variants * candidate.variants)
-        if model is not None:
+        if model is None:
+            lost.append(candidate)
+        else:
             models.append(model)
     promises = [model.score - promised(model.fit) for model in models]
     leaders = sorted(range(len(models)), key=lambda k: promises[k])[:LEADERS]
@@ -118,7 +130,7 @@ def extended(
                 given=(model.fit.residuals, model.fit.slopes),
             )
             models[k] = judged(more, temper, model.variants)
-    return sorted(models, key=lambda model: model.score), candidates
+    return Tried(models=tuple(sorted(models, key=lambda model: model.score)), lost=tuple(lost))
 
 
 def _looked_at(

@@ -5,8 +5,9 @@ import shutil
 from pathlib import Path
 
 from sim1.mismatch.page import CAPTIONS, write_page
+from sim1.mismatch.strict_json import write_json
 from sim1.mismatch.summary import read_summary
-from sim1.mismatch.verdict import read_verdict, write_verdict
+from sim1.mismatch.verdict import read_verdict
 from sim1.stage import BadInput, Facts
 
 
@@ -21,7 +22,7 @@ def write_report(recordings: Path, calibrated: Path, out: Path) -> Facts:
     if missing:
         raise BadInput(f"{calibrated}: pictures {missing} are missing; make calibrated_physics again")
     stand_in = _is_virtual(recordings / "origin.json")
-    write_verdict(out / "verdict.json", verdict)
+    write_json(out / "verdict.json", verdict)
     write_page(out / "report.html", verdict, summary, calibrated, stand_in=stand_in)
     shutil.copyfile(calibrated / "forces.png", out / "forces.png")
     return {

@@ -22,7 +22,6 @@ class Candidate:
     gain: float  # nats, at the strength that is best to second order
     start: np.ndarray  # z of the widened model
     variants: int  # of which this is the best
-    power: float  # rms of its fingerprint at z = 1 after projection, in standard deviations
 
 
 def site_of(engine: Engine, fit: Fit) -> Site:
@@ -100,8 +99,6 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
         step = bounded_step(normal, gradient, start, low[picked], high[picked])
         alone = bounded_step(normal0, gradient0, fit.z, low0, high0)
         gain = _fall(normal, gradient, step) - _fall(normal0, gradient0, alone)
-        projected = own - cross.T @ np.linalg.solve(normal0, cross)
-        samples = sum(len(residuals[n]) / fit.temper[n] for n in names)
         widened = unknowns.with_terms(*unknowns.terms, term)
         change = np.zeros(widened.count)
         change[picked] = step
@@ -112,7 +109,6 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
             gain=float(gain - np.log(len(effect.variants(site)))),
             start=np.concatenate([fit.z, np.zeros(widened.count - count)]) + change,
             variants=len(effect.variants(site)),
-            power=float(np.sqrt(max(np.trace(projected), 0.0) / samples)),
         )
         if effect.name not in best or best[effect.name].gain < found.gain:
             best[effect.name] = found

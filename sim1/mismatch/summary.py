@@ -1,19 +1,14 @@
 """`summary.json`, schema `sim1.diagnosis/1`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
-import json
 from pathlib import Path
 from typing import Literal
 
 import pydantic
 
-from sim1.stage import BadInput
+from sim1.mismatch.strict_json import Strict, read_json
 
 
-class _Strict(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Ranked(_Strict):
+class Ranked(Strict):
     """A model that was fitted."""
 
     name: str
@@ -21,7 +16,7 @@ class Ranked(_Strict):
     misfit: float  # mean squared residual in units of noise and mesh error
 
 
-class Estimate(_Strict):
+class Estimate(Strict):
     """A coefficient of the chosen model, in its own unit."""
 
     name: str
@@ -32,7 +27,7 @@ class Estimate(_Strict):
     high: float
 
 
-class Misfit(_Strict):
+class Misfit(Strict):
     """Mean squared residual on the fitted recordings, in units of noise and mesh error; 1 is all that can be asked."""
 
     baseline: float
@@ -40,7 +35,7 @@ class Misfit(_Strict):
     limit: float  # from which something is taken to be missing
 
 
-class Prices(_Strict):
+class Prices(Strict):
     """What a name has to gain, nats."""
 
     per_term: float
@@ -48,7 +43,7 @@ class Prices(_Strict):
     margin: float
 
 
-class Summary(_Strict):
+class Summary(Strict):
     """Contents of `summary.json`."""
 
     schema_: Literal["sim1.diagnosis/1"] = pydantic.Field(default="sim1.diagnosis/1", alias="schema")
@@ -69,16 +64,4 @@ def read_summary(path: Path) -> Summary:
     Raises:
         BadInput: missing, or not the schema.
     """
-    try:
-        return Summary.model_validate_json(path.read_text())
-    except OSError as error:
-        raise BadInput(f"{path}: not readable ({error}); make calibrated_physics again") from error
-    except pydantic.ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(map(str, first["loc"])) or "top"
-        raise BadInput(f"{path}: {place}: {first['msg']}; make calibrated_physics again") from error
-
-
-def write_summary(path: Path, summary: Summary) -> None:
-    """Write `summary.json`."""
-    path.write_text(json.dumps(summary.model_dump(by_alias=True, mode="json"), indent=1) + "\n")
+    return read_json(path, Summary, "make calibrated_physics again")

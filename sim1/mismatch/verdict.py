@@ -1,42 +1,37 @@
 """`verdict.json`, schema `sim1.verdict/1`: the answer for programs."""
 
-import json
 from pathlib import Path
 from typing import Literal
 
 import pydantic
 
-from sim1.stage import BadInput
+from sim1.mismatch.strict_json import Strict, read_json
 
 type Share = pydantic.confloat(ge=0, le=1)
 
 
-class _Strict(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Errors(_Strict):
+class Errors(Strict):
     """Root mean square per coordinate, m."""
 
     fit: pydantic.NonNegativeFloat
     heldout: pydantic.NonNegativeFloat  # on recordings that no fit has seen; they do decide whether an effect is kept
 
 
-class BothErrors(_Strict):
+class BothErrors(Strict):
     """Before and after the named additions; the same where nothing was added."""
 
     baseline: Errors
     augmented: Errors
 
 
-class Region(_Strict):
+class Region(Strict):
     """Markers and their share of the unexplained motion."""
 
     markers: list[int]
     share: Share
 
 
-class Window(_Strict):
+class Window(Strict):
     """A stretch of a recording and its share of the unexplained motion."""
 
     recording: str
@@ -45,7 +40,7 @@ class Window(_Strict):
     share: Share
 
 
-class Mismatch(_Strict):
+class Mismatch(Strict):
     """Where, when and how."""
 
     regions: list[Region]
@@ -53,7 +48,7 @@ class Mismatch(_Strict):
     signature: str
 
 
-class Coefficient(_Strict):
+class Coefficient(Strict):
     """A fitted coefficient of an effect."""
 
     value: float
@@ -61,7 +56,7 @@ class Coefficient(_Strict):
     unit: str
 
 
-class Effect(_Strict):
+class Effect(Strict):
     """Physics that was left out."""
 
     name: str
@@ -70,7 +65,7 @@ class Effect(_Strict):
     heldout_rmse_reduction: float
 
 
-class Alternative(_Strict):
+class Alternative(Strict):
     """An explanation that was considered and not taken."""
 
     name: str
@@ -78,7 +73,7 @@ class Alternative(_Strict):
     why_not: str
 
 
-class Verdict(_Strict):
+class Verdict(Strict):
     """Contents of `verdict.json`."""
 
     schema_: Literal["sim1.verdict/1"] = pydantic.Field(default="sim1.verdict/1", alias="schema")
@@ -105,16 +100,4 @@ def read_verdict(path: Path) -> Verdict:
     Raises:
         BadInput: missing, or not the schema.
     """
-    try:
-        return Verdict.model_validate_json(path.read_text())
-    except OSError as error:
-        raise BadInput(f"{path}: not readable ({error}); make the mismatch report again") from error
-    except pydantic.ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(map(str, first["loc"])) or "top"
-        raise BadInput(f"{path}: {place}: {first['msg']}; make the mismatch report again") from error
-
-
-def write_verdict(path: Path, verdict: Verdict) -> None:
-    """Write `verdict.json`."""
-    path.write_text(json.dumps(verdict.model_dump(by_alias=True, mode="json"), indent=1) + "\n")
+    return read_json(path, Verdict, "diagnose the bundle again")

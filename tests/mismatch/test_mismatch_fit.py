@@ -1,0 +1,71 @@
+"""Gauss-Newton with priors on a model whose answer is known."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+from small_bundle import empty_bundle
+
+from sim1.cloth.effects.coefficient import Coefficient
+from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.engine import Engine
+from sim1.mismatch.fit import fit
+from sim1.mismatch.patience import Patience
+from sim1.mismatch.search import Unknowns, baseline
+from sim1.stage import BadInput
+
+TRUE = np.array([0.7, -0.4])
+
+
+@dataclass
+class Straight:
+    """Stands for the engine: residuals that are straight in z, and a border that no simulation crosses."""
+
+    border: float = np.inf
+    patience: Patience = field(default_factory=Patience)
+
+    def slopes(self, unknowns, z, names):
+        if np.abs(z).max() > self.border:
+            raise NotConverged("recording only: no next state at 1 s")
+        stream = np.random.default_rng(1)
+        slopes = 20.0 * stream.standard_normal((300, 2))
+        return {"only": slopes @ (z - TRUE) + stream.standard_normal(300)}, {"only": slopes}
+
+
+@pytest.fixture
+def unknowns():
+    made = baseline(empty_bundle())
+    two = tuple(Coefficient(name=name, unit="1", scale=1.0) for name in ("a", "b"))
+    return Unknowns(base=made.base, nominal=two)
+
+
+def test_a_straight_model_is_fitted_within_its_own_interval(unknowns):
+    found = fit(Straight(), unknowns, np.zeros(2), ("only",), temper={"only": 1.0})
+    assert found.converged
+    off = found.z - TRUE
+    assert off @ np.linalg.solve(found.covariance, off) < 9.2  # chi-square of two, 99 %
+
+
+def test_a_sample_that_counts_a_fourth_doubles_the_deviation(unknowns):
+    once, fourth = (fit(Straight(), unknowns, np.zeros(2), ("only",), temper={"only": temper}) for temper in (1.0, 4.0))
+    ratio = np.sqrt(np.diag(fourth.covariance) / np.diag(once.covariance))
+    assert ratio == pytest.approx(2.0, rel=0.02)
+
+
+def test_a_search_that_no_simulation_follows_is_not_called_converged(unknowns):
+    found = fit(Straight(border=1e-3), unknowns, np.zeros(2), ("only",), temper={"only": 1.0})
+    assert not found.converged
+    assert found.z == pytest.approx(np.zeros(2))
+
+
+def test_a_search_that_was_stopped_is_not_called_converged(unknowns):
+    stopped = Patience()
+    stopped.interrupt()
+    assert not fit(Straight(patience=stopped), unknowns, np.zeros(2), ("only",), temper={"only": 1.0}).converged
+
+
+def test_noise_that_is_neither_stated_nor_measurable_is_asked_for():
+    bundle = empty_bundle(motions=2)
+    moving = tuple(replace(r, starts="moving") for r in bundle.recordings)
+    with pytest.raises(BadInput, match=r"bundle.yaml: markers.noise_std_m is null"):
+        Engine(replace(bundle, recordings=moving))
