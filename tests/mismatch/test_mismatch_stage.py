@@ -5,6 +5,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -87,6 +88,24 @@ def test_with_nothing_missing_no_name_is_given(airless):
     assert read_physics(places["calibrated_physics"] / "model.yaml").effects == ()
 
 
+@pytest.mark.parametrize("kind", ["airless", "airy"])
+def test_concealed_parameters_lie_in_their_intervals(kind, request):
+    places, truth = request.getfixturevalue(kind)
+    physics = read_physics(places["calibrated_physics"] / "model.yaml")
+    for name in ("stretch_n_m", "bending_n_m", "damping_s", "area_density_kg_m2"):
+        low, high = getattr(physics, name).ci95
+        assert low <= getattr(truth, name) <= high, name
+
+
+def test_the_fit_improves_on_the_prior_where_motion_tells(airless):
+    places, truth = airless
+    physics = read_physics(places["calibrated_physics"] / "model.yaml")
+    true = truth.bending_n_m / truth.area_density_kg_m2
+    found = physics.bending_n_m.value / physics.area_density_kg_m2.value
+    prior = FABRIC["bending_n_m"]["value"] / FABRIC["area_density_kg_m2"]["value"]
+    assert abs(np.log(found / true)) < 0.5 * abs(np.log(prior / true))
+
+
 def test_air_that_was_concealed_is_named_with_its_coefficient(airy):
     places, truth = airy
     verdict = read_verdict(places["mismatch_report"] / "verdict.json")
@@ -95,6 +114,7 @@ def test_air_that_was_concealed_is_named_with_its_coefficient(airy):
     drag = verdict.missing_physics[0].parameters["c_normal"]
     density = read_physics(places["calibrated_physics"] / "model.yaml").area_density_kg_m2.value
     assert drag.value / density == pytest.approx(truth.air_normal / truth.area_density_kg_m2, rel=0.15)
+    assert drag.ci95[0] <= truth.air_normal * density / truth.area_density_kg_m2 <= drag.ci95[1]
     assert verdict.rmse_m.augmented.heldout < 0.7 * verdict.rmse_m.baseline.heldout
 
 
