@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim1.cloth.precise.scene import rest_until_s
 from sim1.recording.bundle import Recording
+from sim1.recording.motion import rest_until_s
 
 BLOCK_S = (
     0.04  # frames are averaged over this time: 25 Hz resolves what a sheet does, and the fit works on fewer numbers

@@ -6,7 +6,7 @@ import numpy as np
 
 from sim1.recording.bundle import Bundle, Recording
 from sim1.recording.marker_noise import MarkerNoise, marker_noise
-from sim1.recording.motion import EDGE_S, free_decay_s, rest_at_end_s, rest_until_s, turn_rad, velocities
+from sim1.recording.motion import COARSE, EDGE_S, free_decay_s, rest_at_end_s, rest_until_s, turn_rad, velocities
 from sim1.recording.sheet_fit import SheetFit, fit_sheet, material_of_markers
 
 MOST_FRAMES = 600  # that the sheet is fitted to; more would not change a percentile
@@ -58,8 +58,8 @@ class RecordingFigures:
 def measure(bundle: Bundle, recording: Recording) -> RecordingFigures:
     """Measure one recording of the bundle."""
     time, seen, velocity = recording.time_s, recording.seen, velocities(recording)
-    start = rest_until_s(recording)
-    rest = 0.0 if recording.starts != "rest" else float((time[-1] if start is None else start) - time[0])
+    start = rest_until_s(recording, COARSE)
+    rest = 0.0 if recording.starts != "rest" else float((time[-1] if np.isinf(start) else start) - time[0])
     noise = marker_noise(recording)
     moving = (time >= time[0] + rest) if rest < time[-1] - time[0] else np.ones(len(time), bool)
     worst = int(seen.mean(0).argmin())

@@ -17,10 +17,10 @@ from sim1.cloth.precise.world import World
 from sim1.recording.bundle import Bundle, Hold, Recording
 from sim1.recording.document import Environment, Priors
 from sim1.recording.mesh import RestMesh
+from sim1.recording.motion import REST_S
 from sim1.recording.streams import Anchors, Track
 
 COMMAND_HZ = 100.0
-REST_S = 0.5
 HEIGHT_M = 0.8
 # Amplitude and frequency of the motion across the sheet [m, Hz], of the turn about the vertical [rad, Hz] and of the lift [m, Hz].
 # Gentle, and from a flat start, on purpose: in larger swings, or hung along an arc, the sheet buckles and snaps, and markers then

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.recording.bundle import Recording
-from sim1.recording.motion import rest_until_s
+from sim1.recording.motion import COARSE, rest_until_s
 
 FEWEST_FRAMES = 5  # at rest; fewer give no spread
 FEWEST_FOR_CORRELATION = 12
@@ -26,8 +26,7 @@ class MarkerNoise:
 
 def marker_noise(recording: Recording) -> MarkerNoise | None:
     """The noise of one recording, or None where markers are too few or too rarely seen."""
-    until = rest_until_s(recording) if recording.starts == "rest" else recording.time_s[0]
-    still = recording.time_s < (recording.time_s[-1] + 1 if until is None else until)
+    still = recording.time_s < (rest_until_s(recording, COARSE) if recording.starts == "rest" else recording.time_s[0])
     frames, time = recording.markers_m[still], recording.time_s[still]
     counts = np.isfinite(frames[..., 0]).sum(0)
     if (counts >= FEWEST_FRAMES).any():

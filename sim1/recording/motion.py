@@ -6,26 +6,40 @@ from scipy.spatial.transform import Rotation
 from sim1.recording.bundle import Recording
 from sim1.recording.streams import Track
 
-STILL_M, STILL_RAD = 1e-3, 0.01  # a drive this close to its first pose rests; measured poses jitter by as much
+STILL = 2e-4, 1e-3  # [m, rad] a drive this close to its first pose rests
+COARSE = 1e-3, 0.01  # [m, rad] the same for figures that a person reads: measured poses jitter by as much all along
+REST_S = 0.5  # a recording that starts at rest rests at least so long, however a measured drive trembles ...
+TREMBLE = 3e-3, 0.05  # [m, rad] ... but a drive that goes as far in that time moves
 STILL_M_S = 0.02  # slower than this a drive stands
 SPAN_S = 0.05  # markers' speeds are differences over twice this, so that 1 mm of noise is 0.014 m/s
 GRID_S = 0.01
 EDGE_S = 0.1  # a hold that begins or ends this close to the recording's ends lasts throughout
 
 
-def rest_until_s(recording: Recording) -> float | None:
-    """Time at which the first drive begins to move or the first hold changes; None where nothing happens."""
-    starts = [time for track in recording.drives.values() if (time := _leaves_s(track)) is not None]
-    begin, end = recording.time_s[0] + EDGE_S, recording.time_s[-1] - EDGE_S
-    starts += [time for hold in recording.holds for time in (hold.from_s, hold.to_s) if begin < time < end]
-    return min(starts, default=None)
+def rest_until_s(recording: Recording, still: tuple[float, float] = STILL) -> float:
+    """Time at which the first drive begins to move or the first hold changes; infinite where nothing happens.
+
+    A drive moves once it is further than `still` (m, rad) from its first pose. A recording that starts at rest is believed to rest for
+    REST_S while its drives do no more than tremble.
+    """
+    rests = -np.inf
+    if recording.starts == "rest":
+        rests = min(float(track.time_s[0]) for track in recording.drives.values()) + REST_S
+    happens = [_leaves_s(track, still, rests) for track in recording.drives.values()]
+    for hold in recording.holds:
+        begin, end = recording.time_s[0] + EDGE_S, recording.drives[hold.drive].time_s[-1] - EDGE_S
+        happens += [float(time) for time in (hold.from_s, hold.to_s) if begin < time < end]
+    return min(happens)
 
 
-def _leaves_s(track: Track) -> float | None:
-    away = np.linalg.norm(track.position_m - track.position_m[0], axis=1) > STILL_M
-    turned = turn_rad(track) > STILL_RAD
-    moves = away | turned
-    return float(track.time_s[max(int(np.argmax(moves)) - 1, 0)]) if moves.any() else None
+def _leaves_s(track: Track, still: tuple[float, float], rests_s: float) -> float:
+    """Time at which a drive leaves its first pose, not before `rests_s` if it only trembles until then; infinite: never."""
+    away, turned = np.linalg.norm(track.position_m - track.position_m[0], axis=1), turn_rad(track)
+    moves = (away > still[0]) | (turned > still[1])
+    leaves = float(track.time_s[max(int(np.argmax(moves)) - 1, 0)]) if moves.any() else np.inf
+    early = track.time_s < rests_s
+    trembles = (away[early] < TREMBLE[0]).all() and (turned[early] < TREMBLE[1]).all()
+    return max(leaves, rests_s) if trembles else leaves
 
 
 def turn_rad(track: Track) -> np.ndarray:

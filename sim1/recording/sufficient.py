@@ -3,7 +3,7 @@
 import numpy as np
 
 from sim1.recording.bundle import Bundle
-from sim1.recording.motion import rest_until_s
+from sim1.recording.motion import COARSE, rest_until_s
 from sim1.recording.problems import Problems
 
 FEWEST_RECORDINGS = 2
@@ -24,12 +24,12 @@ def require_for_diagnosis(bundle: Bundle) -> None:
             "one of them to test on: record the cloth once more"
         )
     for recording in bundle.recordings:
-        place, start = f"recordings/{recording.name}", rest_until_s(recording)
-        if start is None and recording.starts == "rest":
+        place, start = f"recordings/{recording.name}", rest_until_s(recording, COARSE)
+        if np.isinf(start) and recording.starts == "rest":
             problems.found.append(
                 f"{place}/drives.parquet: no drive moves by 1 mm and no hold changes; move the cloth, or drop the recording"
             )
-        elif start is not None and recording.time_s[-1] < start + SHORTEST_MOTION_S:
+        elif np.isfinite(start) and recording.time_s[-1] < start + SHORTEST_MOTION_S:
             problems.found.append(
                 f"{place}/markers.parquet: markers end at {recording.time_s[-1]:.3f} s and the motion starts at {start:.3f} s; "
                 "this is a bundle for prediction alone: give the markers of the motion too"

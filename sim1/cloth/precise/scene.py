@@ -12,11 +12,10 @@ from sim1.cloth.precise.arrays import Net
 from sim1.cloth.precise.mesh import Sheet, narrow, place_on, refined, reordered
 from sim1.cloth.precise.world import World
 from sim1.recording.bundle import Bundle, Hold, Recording
+from sim1.recording.motion import rest_until_s
 from sim1.recording.streams import Track
 from sim1.stage import BadInput
 
-REST_S = 0.5  # a recording that starts at rest rests at least so long, whatever a measured drive trembles
-STILL_M, STILL_RAD = 2e-4, 1e-3  # a drive that stays this close to its first pose rests
 AFTER_S = 0.15  # simulated beyond the last frame, for clocks that differ
 
 
@@ -82,20 +81,6 @@ def _late(path: np.ndarray, lag_s: float, step_s: float) -> np.ndarray:
     first = path[0]
     late, _ = lfilter([1.0], [1.0, -keep], drive, axis=0, zi=(keep * first)[None])
     return np.concatenate([first[None], late])
-
-
-def rest_until_s(recording: Recording) -> float:
-    """Time at which the first drive begins to move; not before what the format promises of a recording that starts at rest."""
-    ends = []
-    for track in recording.drives.values():
-        away = np.linalg.norm(track.position_m - track.position_m[0], axis=1) > STILL_M
-        turned = 2 * np.arccos(np.clip(np.abs(track.rotation_wxyz @ track.rotation_wxyz[0]), 0, 1)) > STILL_RAD
-        moves = away | turned
-        ends.append(track.time_s[max(int(np.argmax(moves)) - 1, 0)] if moves.any() else track.time_s[-1])
-    releases = [hold.to_s for hold in recording.holds]
-    begins = min(float(track.time_s[0]) for track in recording.drives.values())
-    promised = begins + REST_S if recording.starts == "rest" else begins
-    return float(max(min([*ends, *releases]), promised))
 
 
 def drive_pose(track: Track, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
