@@ -14,7 +14,7 @@ TINY = {
     "lab_vertices_per_side": 7,
     "lab_step_s": 0.01,
     "duration_s": 1.0,
-    "markers_per_side": 3,
+    "markers_per_side": 2,
     "swings": ("fast", "mixed"),
 }
 GARMENT = """schema: sim1.garment/1

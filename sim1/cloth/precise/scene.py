@@ -132,10 +132,9 @@ def spread_over(points_m: np.ndarray, values: np.ndarray, at_m: np.ndarray) -> n
         raise BadInput(
             f"markers.parquet: only {known.sum()} markers are seen at the start; 3 or more tell how it hangs"
         )
-    degree = 1 if known.sum() >= 6 else 0
-    return RBFInterpolator(points_m[known], values[known], kernel="thin_plate_spline", degree=degree, smoothing=1e-7)(
-        at_m
-    )
+    # A plane through all of them, and what is left spread between them: five points are too few to tell how a sheet curves.
+    kernel = "thin_plate_spline" if known.sum() >= 6 else "linear"
+    return RBFInterpolator(points_m[known], values[known], kernel=kernel, degree=1, smoothing=1e-7)(at_m)
 
 
 def resting_markers(recording: Recording) -> np.ndarray:
