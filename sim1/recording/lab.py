@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sim1.cloth.precise.mesh import Sheet, place_on
+from sim1.cloth.precise.mesh import Sheet, place_on, square_sheet
 from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import simulate
 from sim1.cloth.precise.world import World
@@ -92,7 +92,7 @@ def record(priors: Priors, world: World, setup: Setup, stream: np.random.Generat
 
 def _unfilmed(priors: Priors, setup: Setup, count: int, spots: np.ndarray) -> Bundle:
     """The bundle on a mesh of count x count vertices; markers (M, 3) stay where a flat hanging sheet has them."""
-    sheet = _square(count, setup.side_m)
+    sheet = square_sheet(count, setup.side_m)
     face, weight = place_on(sheet, spots)
     spacing = setup.side_m / (setup.vertices_per_side - 1)
     jaw_m = (setup.vertices_per_side // 2 - 1) * spacing  # half of the edge less the gap in the middle
@@ -119,17 +119,6 @@ def _unfilmed(priors: Priors, setup: Setup, count: int, spots: np.ndarray) -> Bu
         anchors=Anchors(marker=np.arange(len(spots)), face=face, weight=weight),
         recordings=tuple(recordings),
     )
-
-
-def _square(count: int, side_m: float) -> Sheet:
-    """A square of count x count vertices, diagonals alternating; vertex j * count + i lies at (u, v) = (i, j) * spacing."""
-    axis = np.linspace(0.0, side_m, count)
-    faces = []
-    for j in range(count - 1):
-        for i in range(count - 1):
-            a, b, c, d = j * count + i, j * count + i + 1, (j + 1) * count + i + 1, (j + 1) * count + i
-            faces += [(a, b, c), (a, c, d)] if (i + j) % 2 == 0 else [(a, b, d), (b, c, d)]
-    return Sheet(material_m=np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2), faces=np.array(faces))
 
 
 def _spots(setup: Setup, stream: np.random.Generator) -> np.ndarray:

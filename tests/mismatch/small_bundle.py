@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sim1.cloth.precise.mesh import Sheet, place_on
+from sim1.cloth.precise.mesh import place_on, square_sheet
 from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import simulate
 from sim1.cloth.precise.world import World
@@ -26,21 +26,9 @@ PRIOR = {
 }
 
 
-def flat_sheet(count: int, side_m: float = SIDE_M) -> Sheet:
-    """A square mesh, diagonals alternating; vertex j * count + i at (u, v) = (i, j) * spacing."""
-    axis = np.linspace(0.0, side_m, count)
-    material = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
-    faces = []
-    for j in range(count - 1):
-        for i in range(count - 1):
-            a, b, c, d = j * count + i, j * count + i + 1, (j + 1) * count + i + 1, (j + 1) * count + i
-            faces += [(a, b, c), (a, c, d)] if (i + j) % 2 == 0 else [(a, b, d), (b, c, d)]
-    return Sheet(material_m=material, faces=np.array(faces))
-
-
 def empty_bundle(count: int = 7, duration_s: float = 2.0, motions: int = 3, measured: bool = True) -> Bundle:
     """A sheet held by a bar along its upper edge, swung across; markers are where a flat hanging sheet would be."""
-    sheet = flat_sheet(count)
+    sheet = square_sheet(count, SIDE_M)
     spots = np.stack(np.meshgrid(*(np.linspace(0.03, SIDE_M - 0.03, 4),) * 2), axis=-1).reshape(-1, 2)
     face, weight = place_on(sheet, spots)
     time = np.arange(0.0, duration_s + 1e-9, 0.01)

@@ -4,8 +4,9 @@ import warnings
 
 import numpy as np
 import pytest
-from small_bundle import SIDE_M, flat_sheet
+from small_bundle import SIDE_M
 
+from sim1.cloth.precise.mesh import square_sheet
 from sim1.cloth.precise.scene import spread_over
 
 HANGING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # (u, v) to (x, y, z)
@@ -14,7 +15,7 @@ HANGING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # (u, v) to (x, y, z)
 @pytest.mark.parametrize("count", [3, 4, 5, 6, 16])
 def test_few_markers_tell_where_a_flat_sheet_hangs(count):
     stream = np.random.default_rng(count)
-    points, at = stream.uniform(0.0, SIDE_M, (count, 2)), flat_sheet(4).material_m
+    points, at = stream.uniform(0.0, SIDE_M, (count, 2)), square_sheet(4, SIDE_M).material_m
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found = spread_over(points, points @ HANGING + 1e-4 * stream.standard_normal((count, 3)), at)

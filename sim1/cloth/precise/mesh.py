@@ -136,6 +136,17 @@ def _derivatives(offset_m: np.ndarray) -> np.ndarray | None:
     return np.linalg.pinv(basis)[1:] / np.array([size, size, size**2, size**2, size**2])[:, None]
 
 
+def square_sheet(count: int, side_m: float) -> Sheet:
+    """A square of count x count vertices, diagonals alternating; vertex j * count + i lies at (u, v) = (i, j) * spacing."""
+    axis = np.linspace(0.0, side_m, count)
+    faces = []
+    for j in range(count - 1):
+        for i in range(count - 1):
+            a, b, c, d = j * count + i, j * count + i + 1, (j + 1) * count + i + 1, (j + 1) * count + i
+            faces += [(a, b, c), (a, c, d)] if (i + j) % 2 == 0 else [(a, b, d), (b, c, d)]
+    return Sheet(material_m=np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2), faces=np.array(faces))
+
+
 def narrow(sheet: Sheet) -> np.ndarray:
     """An order (V,) of the vertices in which neighbours lie close together: the better of the mesh's own and Cuthill-McKee's."""
     count = len(sheet.material_m)
