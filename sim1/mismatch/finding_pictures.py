@@ -5,7 +5,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 
-from sim1.cloth.precise.scene import marker_points
+from sim1.cloth.precise.material import marker_points
 from sim1.mismatch.diagnose import Diagnosis
 from sim1.recording.bundle import Bundle
 

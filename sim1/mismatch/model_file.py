@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from sim1.cloth.effects import Effect, effects_of
 from sim1.cloth.physics import MESH, PRIOR_FRICTION, ClothPhysics, Friction, Property
-from sim1.cloth.precise.scene import estimated_places, table_z, unknown_holds
+from sim1.cloth.precise.held_places import estimated_places, unknown_holds
+from sim1.cloth.precise.start import table_z
 from sim1.cloth.precise.world import World
 from sim1.mismatch.fit import Fit
 from sim1.recording.bundle import Bundle

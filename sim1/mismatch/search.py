@@ -6,7 +6,8 @@ import numpy as np
 
 from sim1.cloth.effects import Effect
 from sim1.cloth.effects.coefficient import Coefficient
-from sim1.cloth.precise.scene import table_z, unknown_holds
+from sim1.cloth.precise.held_places import unknown_holds
+from sim1.cloth.precise.start import table_z
 from sim1.cloth.precise.world import World
 from sim1.recording.bundle import Bundle
 

@@ -7,7 +7,7 @@ import pytest
 from small_bundle import SIDE_M
 
 from sim1.cloth.precise.mesh import square_sheet
-from sim1.cloth.precise.scene import spread_over
+from sim1.cloth.precise.start import spread_over
 
 HANGING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # (u, v) to (x, y, z)
 

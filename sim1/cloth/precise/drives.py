@@ -1,0 +1,27 @@
+"""Poses of drives at a simulation's steps, and how late an actuator follows them."""
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
+from scipy.spatial.transform import Rotation, Slerp
+
+from sim1.recording.streams import Track
+
+
+def drive_pose(track: Track, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (T, 3) and rotation matrices (T, 3, 3) of a drive; constant outside its track."""
+    time = np.clip(time_s, *track.time_s[[0, -1]])
+    turn = Slerp(track.time_s, Rotation.from_quat(track.rotation_wxyz, scalar_first=True))(time).as_matrix()
+    return CubicSpline(track.time_s, track.position_m)(time), turn
+
+
+def late(path: np.ndarray, lag_s: float, step_s: float) -> np.ndarray:
+    """A first-order lag, exact for commands that are linear between steps; the command rested before."""
+    if lag_s <= 0.0:
+        return path
+    keep = np.exp(-step_s / lag_s)
+    slope = np.diff(path, axis=0) / step_s
+    drive = path[1:] - keep * path[:-1] - slope * lag_s * (1.0 - keep)
+    first = path[0]
+    follows, _ = lfilter([1.0], [1.0, -keep], drive, axis=0, zi=(keep * first)[None])
+    return np.concatenate([first[None], follows])
