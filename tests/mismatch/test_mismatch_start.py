@@ -1,15 +1,28 @@
 """The shape from which a simulation starts, as the first markers tell it."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_bundle import SIDE_M
+from small_bundle import SIDE_M, empty_bundle
 
 from sim1.cloth.precise.mesh import square_sheet
+from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.start import spread_over
+from sim1.stage import BadInput
 
 HANGING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # (u, v) to (x, y, z)
+
+
+@pytest.fixture(scope="module")
+def bundle():
+    return empty_bundle(duration_s=1.2, motions=1)
+
+
+def seen_as(recording, seen):
+    """The recording with markers hidden where `seen` (N, M) is false."""
+    return replace(recording, markers_m=np.where(seen[..., None], recording.markers_m, np.nan))
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 6, 16])
@@ -18,7 +31,7 @@ def test_few_markers_tell_where_a_flat_sheet_hangs(count):
     points, at = stream.uniform(0.0, SIDE_M, (count, 2)), square_sheet(4, SIDE_M).material_m
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = spread_over(points, points @ HANGING + 1e-4 * stream.standard_normal((count, 3)), at)
+        found = spread_over(points, points @ HANGING + 1e-4 * stream.standard_normal((count, 3)), at, "here:")
     assert np.abs(found - at @ HANGING).max() < 2e-3
 
 
@@ -26,4 +39,42 @@ def test_a_marker_that_is_not_seen_says_nothing():
     points = np.random.default_rng(0).uniform(0.0, SIDE_M, (6, 2))
     values = points @ HANGING
     values[2] = np.nan
-    np.testing.assert_allclose(spread_over(points, values, points), points @ HANGING, atol=1e-6)
+    np.testing.assert_allclose(spread_over(points, values, points, "here:"), points @ HANGING, atol=1e-6)
+
+
+@pytest.mark.parametrize("count", [3, 6])
+def test_markers_on_one_line_are_refused(count):
+    points = np.column_stack([np.linspace(0.0, SIDE_M, count), np.full(count, 0.1)])
+    with pytest.raises(BadInput, match=rf"^here: the {count} markers that are seen lie on one line"):
+        spread_over(points, points @ HANGING, points, "here:")
+
+
+def test_a_recording_whose_markers_are_hidden_while_it_rests_is_named(bundle):
+    recording = bundle.recordings[0]
+    seen = np.ones(recording.seen.shape, bool)
+    seen[recording.time_s < 0.7] = False
+    words = r"^recordings/swing_0/markers\.parquet: at rest, until 0\.5\d\d s, 0 of 16 markers are seen; 3 or more .* begin the"
+    with pytest.raises(BadInput, match=words):
+        prepare(bundle, seen_as(recording, seen), 1 / 60)
+
+
+def test_a_recording_whose_markers_are_hidden_as_it_starts_in_motion_is_named(bundle):
+    recording = replace(bundle.recordings[0], starts="moving")
+    seen = np.ones(recording.seen.shape, bool)
+    seen[:5, 2:] = False
+    words = (
+        r"^recordings/swing_0/markers\.parquet: in 4 or more of the first 7 frames 2 of 16 markers are seen; 3 or more"
+    )
+    with pytest.raises(BadInput, match=words):
+        prepare(bundle, seen_as(recording, seen), 1 / 60)
+
+
+@pytest.mark.parametrize("rate_hz", [20, 60])
+def test_shape_and_velocity_of_a_start_in_motion_come_from_the_first_frames(bundle, rate_hz):
+    recording = bundle.recordings[0]
+    time = np.arange(0.0, 1.0, 1 / rate_hz)
+    velocity = np.array([0.3, -0.1, 0.2])
+    markers = recording.markers_m[0] + velocity * time[:, None, None]
+    scene = prepare(bundle, replace(recording, starts="moving", time_s=time, markers_m=markers), 1 / 60)
+    np.testing.assert_allclose(scene.start_velocity, np.broadcast_to(velocity, scene.start.shape), atol=1e-6)
+    np.testing.assert_allclose(scene.start[:, 1], 0.0, atol=1e-6)

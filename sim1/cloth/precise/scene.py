@@ -130,7 +130,7 @@ def prepare(
         marker_node=sheet.faces[face].astype(np.int64),
         marker_weight=np.ascontiguousarray(weight),
     )
-    shape, velocity = start_of(recording, points, sheet, bundle)
+    shape, velocity = start_of(bundle, recording, points, sheet)
     return Scene(
         name=recording.name,
         sheet=sheet,
