@@ -7,10 +7,11 @@ import pytest
 from small_bundle import SIDE_M, empty_bundle
 
 from sim1.cloth.effects import EFFECTS
-from sim1.cloth.precise import march
-from sim1.cloth.precise.forces import derivative, residual
+from sim1.cloth.precise.forces import residual
+from sim1.cloth.precise.newton import net_width
 from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import simulate
+from sim1.cloth.precise.stiffness import derivative
 from sim1.cloth.precise.world import pack
 from sim1.mismatch.search import Term, baseline
 
@@ -123,7 +124,7 @@ def test_the_matrix_is_the_derivative_of_the_forces(bundle, world, change):
     rate, mass_rate, tiny = 90.0, 8100.0, 1e-7
     none = np.zeros((len(net.first) - 1, 3))
     target, on = scene.paths(world)[0], np.zeros(len(net.held), bool)
-    band = np.empty((x.size, 3 * march.net_width(net) + 3))
+    band = np.empty((x.size, 3 * net_width(net) + 3))
     derivative(x, v, mass_rate, rate, 1e-3, net, cloth, none, none, on, False, band)
     sides = []
     for sign in (1, -1):

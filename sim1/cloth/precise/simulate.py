@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.cloth.precise.arrays import PULL_DAMPING, PULL_STIFFNESS
-from sim1.cloth.precise.march import march, rest
+from sim1.cloth.precise.march import march
 from sim1.cloth.precise.pull import Pull
+from sim1.cloth.precise.rest import rest
 from sim1.cloth.precise.scene import Scene
 from sim1.cloth.precise.world import World, pack
 
@@ -67,7 +68,7 @@ def simulate(
     v0 = np.zeros_like(x0)
     if scene.start_velocity is None:
         _place_held(x0[0], scene, paths[0, 0], held_on[0])
-        start = np.ascontiguousarray(paths[:, 0]), turns[0], held_on[0], RESTING_M_S2
+        start = np.ascontiguousarray(paths[:, 0]), held_on[0], RESTING_M_S2
         if not rest(x0, scene.net, cloth, *start, np.ascontiguousarray(goals[:, 0])):
             raise NotConverged(f"recording {scene.name}: the sheet finds no rest at the start")
     else:

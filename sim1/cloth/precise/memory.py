@@ -1,0 +1,93 @@
+"""What a sheet and its grips remember from step to step: friction of bending, folds, cloth that slipped."""
+
+import numpy as np
+from numba import njit
+
+from sim1.cloth.precise.arrays import COMPLIANCE, HYSTERESIS, RETAINED, SLIP_RATE, SLIP_THRESHOLD, YIELD
+from sim1.cloth.precise.forces import DAHL_1_M, FLAGS, GRIP_M_N
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
+def curvatures(x, net, out):
+    """Normal curvatures (C, 3) of the stencils, 1/m."""
+    for c in range(len(net.first) - 1):
+        u, v = np.zeros(3), np.zeros(3)
+        k = np.zeros((3, 3))
+        for a in range(net.first[c], net.first[c + 1]):
+            for d in range(3):
+                value = x[net.node[a], d]
+                u[d] += net.slope[a, 0] * value
+                v[d] += net.slope[a, 1] * value
+                for e in range(3):
+                    k[e, d] += net.second[a, e] * value
+        n0, n1, n2 = u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+        size = max(np.sqrt(n0 * n0 + n1 * n1 + n2 * n2), 1e-12)
+        for e in range(3):
+            out[c, e] = (k[e, 0] * n0 + k[e, 1] * n1 + k[e, 2] * n2) / size
+
+
+@njit(cache=True, nogil=True)
+def settle(x, net, cloth, curvature, moment, crease):
+    """Curvature at the start, and what folds that are there have kept, of every world."""
+    for p in range(len(x)):
+        curvatures(x[p], net, curvature[p])
+        for c in range(curvature.shape[1]):
+            for k in range(3):
+                beyond = abs(curvature[p, c, k]) - cloth.scalar[p, YIELD]
+                if beyond > 0.0:
+                    crease[p, c, k] = cloth.scalar[p, RETAINED] * beyond * (1.0 if curvature[p, c, k] > 0.0 else -1.0)
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
+def remember(x, net, scalar, curvature, moment, crease, now):
+    """Carry the memory of bending over a step: friction moment, and what folds keep."""
+    if scalar[HYSTERESIS] == 0.0 and scalar[RETAINED] == 0.0:
+        return
+    curvatures(x, net, now)
+    for c in range(now.shape[0]):
+        for k in range(3):
+            change = now[c, k] - curvature[c, k]
+            moment[c, k] = (moment[c, k] + change) / (1.0 + abs(change) / DAHL_1_M)
+            curvature[c, k] = now[c, k]
+            beyond = abs(now[c, k]) - scalar[YIELD]
+            if beyond > 0.0 and scalar[RETAINED] * beyond > abs(crease[c, k]):
+                crease[c, k] = scalar[RETAINED] * beyond * (1.0 if now[c, k] > 0.0 else -1.0)
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
+def slip(x, net, scalar, target, held_on, turn, offset, dt):
+    """Let the cloth creep in its grips: `offset` (G, 3) in the frames of the drives."""
+    if scalar[SLIP_RATE] == 0.0:
+        return
+    stiffness = 1.0 / (GRIP_M_N + scalar[COMPLIANCE])
+    load = np.zeros(offset.shape)
+    for h in range(len(net.held)):
+        if held_on[h]:
+            for k in range(3):
+                load[net.grip[h], k] += stiffness * (x[net.held[h], k] - target[h, k])
+    for g in range(len(offset)):
+        size = np.sqrt(load[g, 0] ** 2 + load[g, 1] ** 2 + load[g, 2] ** 2)
+        over = size - scalar[SLIP_THRESHOLD]
+        if over > 0.0:
+            step = dt * scalar[SLIP_RATE] * over / size
+            for k in range(3):
+                for d in range(3):
+                    offset[g, k] += step * turn[g, d, k] * load[g, d]
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
+def targets_at(path, net, turn, offset, out):
+    """Where grips want their vertices (H, 3), what has slipped included."""
+    for h in range(len(net.held)):
+        g = net.grip[h]
+        for k in range(3):
+            out[h, k] = path[h, k]
+            for d in range(3):
+                out[h, k] += turn[g, k, d] * offset[g, d]
+
+
+@njit(cache=True, nogil=True)
+def targets_of(paths, n, net, turn, offset, out):
+    """Where the grips of every world want their vertices at step `n`, (P, H, 3)."""
+    for p in range(len(out)):
+        targets_at(paths[p, n], net, turn, offset[p], out[p])

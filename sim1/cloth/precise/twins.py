@@ -1,0 +1,111 @@
+"""Twins: how slightly different worlds answer, by the base's factor, and how they are kept close to it.
+
+A twin is the same sheet in a slightly different world. As it stays close to the base, one factorization serves both, and a whole
+Jacobian over dozens of parameters costs a few simulations instead of dozens: tangent-linear sensitivities without their formulas.
+"""
+
+import numpy as np
+from numba import njit
+
+from sim1.cloth.precise.arrays import PULL_STIFFNESS, SLIP_THRESHOLD, YIELD
+from sim1.cloth.precise.forces import residual
+from sim1.cloth.precise.lapack import factor, factor_any, solve, solve_any
+from sim1.cloth.precise.newton import largest
+from sim1.cloth.precise.pull_forces import pull, pull_slope
+from sim1.cloth.precise.stiffness import derivative
+
+FARTHEST_M = 1e-6  # a twin that strays further is brought nearer, with all that makes it differ: it stays linear
+LOST = 1e3  # a lead that has grown so much tells nothing: the sheet is chaotic there, and the twin counts as the base
+
+
+@njit(cache=True, nogil=True)
+def matrix(x, hv, rate, mass_rate, sliding, net, cloth, curvature, moment, held_on, goal, band, full, pivot):
+    """Factorize the matrix, compressed faces included, at the base's shape. 0: into `band`; 1: not definite, into `full`; -1: singular."""
+    v = rate * x + hv
+    derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, held_on, False, band)
+    if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
+        pull_slope(net, cloth.scalar[0], goal, rate, band)
+    plain = band.copy()
+    if factor(band) == 0:
+        return 0
+    return 1 if factor_any(plain, full, pivot) == 0 else -1
+
+
+@njit(cache=True, nogil=True)
+def answers(
+    x, hv, ha, rate, mass_rate, sliding, net, cloth, curvature, moment, crease, targets, held_on, goal, goal_v, right
+):  # fmt: skip
+    """Residuals (P - 1, V, 3) of the twins less what the base leaves unsolved, into `right`."""
+    v, acc, left = np.empty_like(x[0]), np.empty_like(x[0]), np.empty_like(x[0])
+    force = np.empty((len(net.marker_node), 3))
+    for p in range(x.shape[0]):
+        v[:] = rate * x[p] + hv[p]
+        acc[:] = mass_rate * x[p] + ha[p]
+        own = left if p == 0 else right[p - 1]
+        residual(x[p], v, acc, sliding, net, cloth, p, curvature[p], moment[p], crease[p], targets[p], held_on, own)
+        if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
+            pull(x[p], v, net, cloth.scalar[p], goal[p], goal_v[p], force, own)
+        if p > 0:
+            own -= left
+
+
+def solved(kind, band, full, pivot, right):
+    """Solve in place for `right` (k, V, 3) with what `matrix` has left; `kind` is what it said."""
+    if kind == 0:
+        solve(band, right.reshape(len(right), -1))
+    else:
+        solve_any(full, pivot, right.reshape(len(right), -1))
+
+
+@njit(cache=True, nogil=True)
+def keep_near(x, x1, x2, hv, v1, v2, cloth, paths, curvature, moment, crease, offset, goals, goals_v, size_of, lost):
+    """Bring twins that stray nearer to the base: state, history, memory and world.
+
+    `size_of` (P,) grows by as much as a twin's lead was shrunk. A twin that is `lost` (P,) becomes the base.
+    """
+    for p in range(1, len(x)):
+        lead = largest((x[p] - x[0]).ravel())
+        if not lead < FARTHEST_M and not lost[p]:
+            if not lead < 1.0 or size_of[p] > LOST:
+                lost[p] = True
+            shrink = 0.0 if lost[p] else 0.1 * FARTHEST_M / lead
+            size_of[p] *= lead / (0.1 * FARTHEST_M)
+            _nearer(x, p, shrink)
+            _nearer(x1, p, shrink)
+            _nearer(x2, p, shrink)
+            _nearer(hv, p, shrink)  # with it the velocity that is about to be read off
+            _nearer(v1, p, shrink)
+            _nearer(v2, p, shrink)
+            _nearer(curvature, p, shrink)
+            _nearer(moment, p, shrink)
+            _nearer(crease, p, shrink)
+            _nearer(offset, p, shrink)
+            _nearer_world(cloth, p, shrink)
+            paths[p] = paths[0] + shrink * (paths[p] - paths[0])
+            goals[p] = goals[0] + shrink * (goals[p] - goals[0])
+            goals_v[p] = goals_v[0] + shrink * (goals_v[p] - goals_v[0])
+
+
+@njit(cache=True, nogil=True)
+def _nearer(group, p, shrink):
+    """Bring a twin's state nearer to the base's."""
+    if shrink == 0.0:
+        group[p] = group[0]  # also where it was not finite any more
+    else:
+        group[p] = group[0] + shrink * (group[p] - group[0])
+
+
+@njit(cache=True, nogil=True)
+def _nearer_world(cloth, p, shrink):
+    """Make a twin's world differ less from the base's; thresholds stay, as what they start is scaled."""
+    for k in range(cloth.scalar.shape[1]):
+        if k not in (YIELD, SLIP_THRESHOLD):
+            cloth.scalar[p, k] = cloth.scalar[0, k] + shrink * (cloth.scalar[p, k] - cloth.scalar[0, k])
+    cloth.gradient[p] = cloth.gradient[0] + shrink * (cloth.gradient[p] - cloth.gradient[0])
+    cloth.area[p] = cloth.area[0] + shrink * (cloth.area[p] - cloth.area[0])
+    cloth.law[p] = cloth.law[0] + shrink * (cloth.law[p] - cloth.law[0])
+    cloth.mass[p] = cloth.mass[0] + shrink * (cloth.mass[p] - cloth.mass[0])
+    cloth.vertex_area[p] = cloth.vertex_area[0] + shrink * (cloth.vertex_area[p] - cloth.vertex_area[0])
+    cloth.bend[p] = cloth.bend[0] + shrink * (cloth.bend[p] - cloth.bend[0])
+    cloth.curl[p] = cloth.curl[0] + shrink * (cloth.curl[p] - cloth.curl[0])
+    cloth.bend_area[p] = cloth.bend_area[0] + shrink * (cloth.bend_area[p] - cloth.bend_area[0])
