@@ -16,7 +16,7 @@ def drive_pose(track: Track, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def late(path: np.ndarray, lag_s: float, step_s: float) -> np.ndarray:
-    """A first-order lag, exact for commands that are linear between steps; the command rested before."""
+    """The path (T, ...) behind a first-order lag, exact for commands that are linear between steps; the command rested before."""
     if lag_s <= 0.0:
         return path
     keep = np.exp(-step_s / lag_s)

@@ -23,7 +23,6 @@ AFTER_S = 0.15  # simulated beyond the last frame, for clocks that differ
 class Grip:
     """One hold of a recording on the simulated mesh."""
 
-    drive: str
     vertices: np.ndarray  # (h,)
     places_m: np.ndarray  # (h, 3) in the drive's frame
     position_m: np.ndarray  # (T, 3) of the drive at the steps
@@ -47,7 +46,6 @@ class Scene:
     start_velocity: np.ndarray | None  # (V, 3); None: it starts at rest
     clamped: np.ndarray  # (C,) stencils on the rim of a clamp
     rim: np.ndarray  # (F,) faces there
-    order: np.ndarray  # (V,) vertex of the bundle's (refined) mesh that each simulated vertex is
 
     def paths(self, world: World) -> np.ndarray:
         """Where the held vertices are wanted, (T, H, 3)."""
@@ -85,8 +83,7 @@ def prepare(
     for _ in range(finer):
         sheet, between = refined(sheet)
         parents.append(between)
-    order = narrow(sheet)
-    sheet, place = reordered(sheet, order)
+    sheet, place = reordered(sheet, narrow(sheet))
     first = rest_until_s(recording) if recording.starts == "rest" else float(recording.time_s[0])
     frame_s = recording.time_s if frame_s is None else frame_s
     last = float(frame_s[-1]) + AFTER_S
@@ -100,7 +97,6 @@ def prepare(
         ends = recording.drives[hold.drive].time_s[-1]
         grips.append(
             Grip(
-                drive=hold.drive,
                 vertices=place[vertices],
                 places_m=local,
                 position_m=position,
@@ -143,7 +139,6 @@ def prepare(
         start_velocity=velocity,
         clamped=_clamped(net),
         rim=_rim(net),
-        order=order,
     )
 
 

@@ -11,9 +11,7 @@ from sim1.stage import BadInput
 START_S = 0.1  # of a recording that starts in motion: from these frames come its first shape and velocity
 FEWEST_FRAMES, FEWEST_CURVED = 4, 6  # in which a marker must be seen then, for a straight path and for a parabola
 FEWEST_MARKERS, FEWEST_SMOOTH = 3, 6  # that tell a plane, and how the sheet curves
-ON_A_LINE = (
-    0.01  # markers that spread no wider than this share of their length leave open how the cloth turns about them
-)
+ON_A_LINE = 0.01  # markers that spread no wider than this share of their length leave the turn about them open
 
 
 def start_of(
@@ -48,12 +46,8 @@ def resting_shape(recording: Recording, points_m: np.ndarray, sheet: Sheet) -> n
         seen = seen[np.isfinite(seen[:, 0])]
         if len(seen):
             median[m] = np.median(seen, axis=0)
-    return spread_over(
-        points_m,
-        median,
-        sheet.material_m,
-        f"{_path(recording)}: at rest, until {min(until, recording.time_s[-1]):.3f} s,",
-    )
+    place = f"{_path(recording)}: at rest, until {min(until, recording.time_s[-1]):.3f} s,"
+    return spread_over(points_m, median, sheet.material_m, place)
 
 
 def _moving(recording: Recording, points_m: np.ndarray, sheet: Sheet) -> tuple[np.ndarray, np.ndarray]:
