@@ -6,20 +6,28 @@ from sim1.cloth.precise.mesh import Sheet
 from sim1.recording.bundle import Bundle
 from sim1.stage import BadInput
 
+FLAT = 1e-3  # thickness over length of a mesh that needs no material coordinates
+
 
 def sheet_of(bundle: Bundle) -> Sheet:
     """The bundle's rest mesh as a flat sheet.
 
     Raises:
-        BadInput: the mesh has no material coordinates and is not flat.
+        BadInput: the mesh has no material coordinates and is not flat, or a face without area or turned over in them.
     """
-    if bundle.mesh.material_m is not None:
-        return Sheet(material_m=bundle.mesh.material_m, faces=bundle.mesh.faces)
-    middle = bundle.mesh.vertices_m.mean(0)
-    _, size, axes = np.linalg.svd(bundle.mesh.vertices_m - middle, full_matrices=False)
-    if size[2] > 1e-3 * size[0]:
-        raise BadInput("garment.obj: no material coordinates on a mesh that is not flat; write them as `vt` in metres")
-    return Sheet(material_m=(bundle.mesh.vertices_m - middle) @ axes[:2].T, faces=bundle.mesh.faces)
+    material = bundle.mesh.material_m
+    if material is None:
+        middle = bundle.mesh.vertices_m.mean(0)
+        _, size, axes = np.linalg.svd(bundle.mesh.vertices_m - middle, full_matrices=False)
+        if size[2] > FLAT * size[0]:
+            raise BadInput(
+                f"garment.obj: no material coordinates (`vt`) on a mesh that is not flat, but {size[2] / size[0]:.2g} times as thick as "
+                "it is long; write them in metres"
+            )
+        material = (bundle.mesh.vertices_m - middle) @ axes[:2].T
+    sheet = Sheet(material_m=material, faces=bundle.mesh.faces)
+    _ = sheet.face_area_m2  # asked here, where faces are counted as in the file: later they are cut and reordered
+    return sheet
 
 
 def marker_points(bundle: Bundle) -> np.ndarray:

@@ -10,6 +10,8 @@ from scipy.spatial import cKDTree
 
 from sim1.stage import BadInput
 
+THINNEST_M2 = 1e-10  # a face of less has no area
+
 
 @dataclass(frozen=True, kw_only=True)
 class Stencils:
@@ -35,13 +37,22 @@ class Sheet:
         """Rest area of each face, (F,).
 
         Raises:
-            BadInput: a face without area, or material coordinates that overlap.
+            BadInput: a face without area, or one that lies the other way up than most.
         """
         a, b, c = (self.material_m[self.faces[:, k]] for k in range(3))
         area = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-        if (np.abs(area) < 1e-10).any() or ((area > 0).any() and (area < 0).any()):
-            face = int(np.argmin(np.abs(area)))
-            raise BadInput(f"rest mesh: material coordinates overlap or face {face} has no area ({area[face]:.1e} m^2)")
+        if (thin := np.abs(area) < THINNEST_M2).any():
+            face = int(np.argmax(thin))
+            raise BadInput(
+                f"garment.obj: face {face} has no area in `vt` ({area[face]:.1e} m^2; {thin.sum()} such faces of {len(area)}); "
+                "give each vertex its own place on the cloth, or remesh"
+            )
+        if (turned := np.sign(area) != np.sign(np.median(np.sign(area)))).any():
+            face = int(np.argmax(turned))
+            raise BadInput(
+                f"garment.obj: face {face} lies the other way up in `vt` than most ({turned.sum()} such faces of {len(area)}): the cloth "
+                "would overlap itself; lay it out flat, or turn the corners of those faces round"
+            )
         return np.abs(area)
 
     @cached_property
