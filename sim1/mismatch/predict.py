@@ -9,7 +9,7 @@ import pandas as pd
 from sim1.cloth.physics import ClothPhysics, read_physics
 from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import simulate
-from sim1.mismatch.engine import STEPS_S, mesh_for
+from sim1.mismatch.engine import FINE_STEP_S, mesh_for
 from sim1.mismatch.model_file import with_grips, world_of
 from sim1.recording.bundle import Bundle, read_bundle
 
@@ -31,7 +31,7 @@ def predict(
         progress(number / len(bundle.recordings), recording.name)
         ends = max(float(track.time_s[-1]) for track in recording.drives.values())
         time = np.arange(int(np.floor(ends * RATE_HZ + 1e-6)) + 1) / RATE_HZ
-        markers = simulate(prepare(bundle, recording, STEPS_S, mesh_for(bundle), time), [world]).markers_m[0]
+        markers = simulate(prepare(bundle, recording, FINE_STEP_S, mesh_for(bundle), time), [world]).markers_m[0]
         flat = markers.reshape(-1, 3)
         tables.append(
             pd.DataFrame(

@@ -12,6 +12,7 @@ Net = namedtuple(
         "centre",  # (C,) vertex in the middle of each stencil
         "second",  # (n, 3) weights of d2/du2, d2/dv2, d2/dudv [1/m^2]
         "slope",  # (n, 2) weights of d/du, d/dv [1/m]
+        "ripple",  # (n, R) weights of what no quadratic follows [1/m^2], unused columns zero
         "star_first",  # (V + 1,) where the faces around each vertex start
         "star_face",  # (3 F,)
         "star_local",  # (3 F, 3) places of the face's corners in the ring of the vertex
@@ -33,8 +34,10 @@ Cloth = namedtuple(
         "area",  # (P, F) [m^2]
         "law",  # (P, 4) c_uu, c_vv, c_uv, c_shear [N/m]
         "mass",  # (P, V) [kg]
+        "inertia",  # (P, F) [kg] by which accelerations of a face's corners act on each other
         "vertex_area",  # (P, V) [m^2]
         "bend",  # (P, C, 3) rigidity times area of uu, vv, and twice uv [N m^3]
+        "ripple",  # (P, C) rigidity times area of what no quadratic follows [N m^3]
         "curl",  # (P, C, 3) rest curvature [1/m]
         "bend_area",  # (P, C) [m^2]
     ],

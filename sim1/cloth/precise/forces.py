@@ -147,12 +147,17 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
                 az = (acc[i0, 2] + acc[i1, 2] + acc[i2, 2]) / 3.0
                 push = added * area / 3.0 * (ax * nx + ay * ny + az * nz)
                 qx, qy, qz = qx + push * nx, qy + push * ny, qz + push * nz
+        weight = cloth.inertia[p, f]
+        qx += weight * (acc[i0, 0] + acc[i1, 0] + acc[i2, 0])
+        qy += weight * (acc[i0, 1] + acc[i1, 1] + acc[i2, 1])
+        qz += weight * (acc[i0, 2] + acc[i1, 2] + acc[i2, 2])
+        weight *= 3.0
         for c in range(3):
             i = net.faces[f, c]
             gu, gv = area * g[c, 0], area * g[c, 1]
-            out[i, 0] += gu * pux + gv * pvx + qx
-            out[i, 1] += gu * puy + gv * pvy + qy
-            out[i, 2] += gu * puz + gv * pvz + qz
+            out[i, 0] += gu * pux + gv * pvx + qx - weight * acc[i, 0]
+            out[i, 1] += gu * puy + gv * pvy + qy - weight * acc[i, 1]
+            out[i, 2] += gu * puz + gv * pvz + qz - weight * acc[i, 2]
     # ------------------------------------------------------------------ stencils: bending
     y = x + tau * v  # elastic and viscous moments grow with the same weights
     bent = np.empty((3, 3))  # (second derivative, axis)
@@ -211,6 +216,24 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
             w0, w1, w2 = net.second[a, 0], net.second[a, 1], net.second[a, 2]
             for d in range(3):
                 out[i, d] += w0 * bent[0, d] + w1 * bent[1, d] + w2 * bent[2, d]
+        firm = cloth.ripple[p, c]
+        for e in range(
+            min(end - begin - 6, net.ripple.shape[1])
+        ):  # what the quadratic lets pass would be free to flutter
+            rx = ry = rz = 0.0
+            for a in range(begin, end):
+                i = net.node[a]
+                w = net.ripple[a, e]
+                rx += w * y[i, 0]
+                ry += w * y[i, 1]
+                rz += w * y[i, 2]
+            rx, ry, rz = firm * rx, firm * ry, firm * rz
+            for a in range(begin, end):
+                i = net.node[a]
+                w = net.ripple[a, e]
+                out[i, 0] += w * rx
+                out[i, 1] += w * ry
+                out[i, 2] += w * rz
     # ------------------------------------------------------------------ vertices: table, grips
     if not np.isnan(s[TABLE_Z]):
         for i in range(len(x)):

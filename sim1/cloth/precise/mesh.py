@@ -21,6 +21,9 @@ class Stencils:
     node: np.ndarray  # (n,)
     second: np.ndarray  # (n, 3) of d2/du2, d2/dv2, d2/dudv [1/m^2]
     slope: np.ndarray  # (n, 2) of d/du, d/dv [1/m]
+    ripple: (
+        np.ndarray
+    )  # (n, R) of the patterns that no quadratic follows, over the squared size [1/m^2]; unused columns zero
     centre: np.ndarray  # (C,) vertex in the middle
     area_m2: np.ndarray  # (C,) whose bending each stands for
 
@@ -127,11 +130,14 @@ class Sheet:
             near = np.union1d(fits[centre][0], [vertex])
             fits[centre] = near, _derivatives(self.material_m[near] - self.material_m[centre])
         area = np.bincount(owner, self.vertex_area_m2, minlength=count)
+        ripples = [_ripples(self.material_m[near] - self.material_m[vertex]) for vertex, (near, _) in fits.items()]
+        most = max(pattern.shape[1] for pattern in ripples)
         return Stencils(
             first=np.concatenate([[0], np.cumsum([len(near) for near, _ in fits.values()])]),
             node=np.concatenate([near for near, _ in fits.values()]),
             second=np.concatenate([fit[2:].T for _, fit in fits.values()]),
             slope=np.concatenate([fit[:2].T for _, fit in fits.values()]),
+            ripple=np.concatenate([np.pad(one, ((0, 0), (0, most - one.shape[1]))) for one in ripples]),
             centre=centres,
             area_m2=area[centres],
         )
@@ -139,9 +145,7 @@ class Sheet:
 
 def _derivatives(offset_m: np.ndarray) -> np.ndarray | None:
     """Least-squares weights (5, n) of d/du, d/dv, d2/du2, d2/dv2, d2/dudv at n offsets; None if undetermined."""
-    size = np.abs(offset_m).max()
-    u, v = (offset_m / size).T
-    basis = np.stack([np.ones_like(u), u, v, u * u / 2, v * v / 2, u * v], axis=1)
+    basis, size = _quadratics(offset_m)
     if len(basis) < 6 or np.linalg.cond(basis) > 1e3:
         return None
     return np.linalg.pinv(basis)[1:] / np.array([size, size, size**2, size**2, size**2])[:, None]
@@ -156,6 +160,20 @@ def square_sheet(count: int, side_m: float) -> Sheet:
             a, b, c, d = j * count + i, j * count + i + 1, (j + 1) * count + i + 1, (j + 1) * count + i
             faces += [(a, b, c), (a, c, d)] if (i + j) % 2 == 0 else [(a, b, d), (b, c, d)]
     return Sheet(material_m=np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2), faces=np.array(faces))
+
+
+def _ripples(offset_m: np.ndarray) -> np.ndarray:
+    """Orthonormal patterns (n, n - 6) that are in no quadratic over n offsets, over the mean squared distance of the neighbours."""
+    basis, _ = _quadratics(offset_m)
+    patterns = np.linalg.svd(basis)[0][:, 6:]
+    return patterns * (len(offset_m) - 1) / np.square(offset_m).sum()
+
+
+def _quadratics(offset_m: np.ndarray) -> tuple[np.ndarray, float]:
+    """The six quadratics (n, 6) over n offsets in units of the largest, and that."""
+    size = float(np.abs(offset_m).max())
+    u, v = (offset_m / size).T
+    return np.stack([np.ones_like(u), u, v, u * u / 2, v * v / 2, u * v], axis=1), size
 
 
 def narrow(sheet: Sheet) -> np.ndarray:

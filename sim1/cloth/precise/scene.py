@@ -116,6 +116,7 @@ def prepare(
         centre=stencils.centre.astype(np.int64),
         second=np.ascontiguousarray(stencils.second),
         slope=np.ascontiguousarray(stencils.slope),
+        ripple=np.ascontiguousarray(stencils.ripple),
         star_first=stars[0],
         star_face=stars[1],
         star_local=np.ascontiguousarray(stars[2]),

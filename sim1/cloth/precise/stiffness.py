@@ -80,6 +80,47 @@ def _tangent(strain, law, s, rate, out):
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
+def _add_friction(x, net, cloth, curvature, moment, c, block, band):
+    """Add what the friction of bending in a stencil resists with, by the slope of the Dahl update."""
+    begin, end = net.first[c], net.first[c + 1]
+    ux = uy = uz = vx = vy = vz = 0.0
+    for a in range(begin, end):
+        i = net.node[a]
+        ux += net.slope[a, 0] * x[i, 0]
+        uy += net.slope[a, 0] * x[i, 1]
+        uz += net.slope[a, 0] * x[i, 2]
+        vx += net.slope[a, 1] * x[i, 0]
+        vy += net.slope[a, 1] * x[i, 1]
+        vz += net.slope[a, 1] * x[i, 2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    size = 1.0 / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+    nx, ny, nz = nx * size, ny * size, nz * size
+    for k in range(3):
+        bent = 0.0
+        for a in range(begin, end):
+            i = net.node[a]
+            bent += net.second[a, k] * (x[i, 0] * nx + x[i, 1] * ny + x[i, 2] * nz)
+        change = abs(bent - curvature[c, k])
+        # 1 - sign z / kappa_c at small steps, falling as the moment saturates
+        sign = 1.0 if bent >= curvature[c, k] else -1.0
+        grow = (1.0 - sign * moment[c, k] / DAHL_1_M) / (1.0 + change / DAHL_1_M) ** 2
+        twice = 2.0 if k == 2 else 1.0
+        friction = max(grow, 0.0) * cloth.scalar[0, HYSTERESIS] * twice * cloth.bend_area[0, c] / DAHL_1_M
+        for a in range(begin, end):
+            i = net.node[a]
+            for b in range(begin, end):
+                j = net.node[b]
+                if i < j:
+                    continue
+                ww = friction * net.second[a, k] * net.second[b, k]
+                block[0, 0], block[1, 1], block[2, 2] = ww * nx * nx, ww * ny * ny, ww * nz * nz
+                block[0, 1] = block[1, 0] = ww * nx * ny
+                block[0, 2] = block[2, 0] = ww * nx * nz
+                block[1, 2] = block[2, 1] = ww * ny * nz
+                _add_block(band, i, j, block)
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
 def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, held_on, tension_only, band):
     """Derivative of `residual` of the base over x, where velocity = rate x + ..., acceleration = mass_rate x + ...; into `band`.
 
@@ -201,6 +242,7 @@ def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, he
             for a in range(3):
                 for b in range(3):
                     both[a, b] = (across - along) * normal[a] * normal[b] + (along if a == b else 0.0)
+        inertia = mass_rate * cloth.inertia[0, f]
         for ci in range(3):
             i = net.faces[f, ci]
             for cj in range(3):
@@ -222,7 +264,7 @@ def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, he
                             * area
                             * (left0 * strain[cj, 0, b] + left1 * strain[cj, 1, b] + left2 * strain[cj, 2, b])
                         )
-                    block[a, a] += weight
+                    block[a, a] += weight + (inertia if i != j else -2.0 * inertia)
                 if airy or added != 0.0:
                     for a in range(3):
                         for b in range(3):
@@ -230,54 +272,22 @@ def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, he
                 _add_block(band, i, j, block)
     for c in range(len(net.first) - 1):
         begin, end = net.first[c], net.first[c + 1]
-        hyst = s[HYSTERESIS] != 0.0
-        nx = ny = nz = 0.0
-        if hyst:
-            ux = uy = uz = vx = vy = vz = 0.0
-            for a in range(begin, end):
-                i = net.node[a]
-                ux += net.slope[a, 0] * x[i, 0]
-                uy += net.slope[a, 0] * x[i, 1]
-                uz += net.slope[a, 0] * x[i, 2]
-                vx += net.slope[a, 1] * x[i, 0]
-                vy += net.slope[a, 1] * x[i, 1]
-                vz += net.slope[a, 1] * x[i, 2]
-            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-            size = 1.0 / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
-            nx, ny, nz = nx * size, ny * size, nz * size
-        for k in range(3):
-            bend = visco * cloth.bend[0, c, k]
-            if bend == 0.0:
-                continue
-            friction = 0.0
-            if hyst:
-                bent = 0.0
-                for a in range(begin, end):
-                    i = net.node[a]
-                    bent += net.second[a, k] * (x[i, 0] * nx + x[i, 1] * ny + x[i, 2] * nz)
-                change = abs(bent - curvature[c, k])
-                # slope of the Dahl update: 1 - sign z / kappa_c at small steps, falling as the moment saturates
-                sign = 1.0 if bent >= curvature[c, k] else -1.0
-                grow = (1.0 - sign * moment[c, k] / DAHL_1_M) / (1.0 + change / DAHL_1_M) ** 2
-                friction = max(grow, 0.0) * s[HYSTERESIS] * (2.0 if k == 2 else 1.0) * cloth.bend_area[0, c] / DAHL_1_M
-            for a in range(begin, end):
-                i = net.node[a]
-                wa = net.second[a, k]
-                for b in range(begin, end):
-                    j = net.node[b]
-                    if i < j:
-                        continue
-                    ww = wa * net.second[b, k]
-                    value = bend * ww
-                    for d in range(3):
-                        _add(band, 3 * i + d, 3 * j + d, value)
-                    if friction != 0.0:
-                        ww *= friction
-                        block[0, 0], block[1, 1], block[2, 2] = ww * nx * nx, ww * ny * ny, ww * nz * nz
-                        block[0, 1] = block[1, 0] = ww * nx * ny
-                        block[0, 2] = block[2, 0] = ww * nx * nz
-                        block[1, 2] = block[2, 1] = ww * ny * nz
-                        _add_block(band, i, j, block)
+        uu, vv, uv = visco * cloth.bend[0, c, 0], visco * cloth.bend[0, c, 1], visco * cloth.bend[0, c, 2]
+        firm, ripples = visco * cloth.ripple[0, c], min(end - begin - 6, net.ripple.shape[1])
+        for a in range(begin, end):
+            i = net.node[a]
+            wuu, wvv, wuv = uu * net.second[a, 0], vv * net.second[a, 1], uv * net.second[a, 2]
+            for b in range(begin, end):
+                j = net.node[b]
+                if i < j:
+                    continue
+                value = wuu * net.second[b, 0] + wvv * net.second[b, 1] + wuv * net.second[b, 2]
+                for e in range(ripples):
+                    value += firm * net.ripple[a, e] * net.ripple[b, e]
+                for d in range(3):
+                    _add(band, 3 * i + d, 3 * j + d, value)
+        if s[HYSTERESIS] != 0.0:
+            _add_friction(x, net, cloth, curvature, moment, c, block, band)
     if not np.isnan(s[TABLE_Z]):
         for i in range(len(x)):
             gap = x[i, 2] - s[TABLE_Z]

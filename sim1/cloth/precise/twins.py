@@ -107,5 +107,7 @@ def _nearer_world(cloth, p, shrink):
     cloth.mass[p] = cloth.mass[0] + shrink * (cloth.mass[p] - cloth.mass[0])
     cloth.vertex_area[p] = cloth.vertex_area[0] + shrink * (cloth.vertex_area[p] - cloth.vertex_area[0])
     cloth.bend[p] = cloth.bend[0] + shrink * (cloth.bend[p] - cloth.bend[0])
+    cloth.ripple[p] = cloth.ripple[0] + shrink * (cloth.ripple[p] - cloth.ripple[0])
+    cloth.inertia[p] = cloth.inertia[0] + shrink * (cloth.inertia[p] - cloth.inertia[0])
     cloth.curl[p] = cloth.curl[0] + shrink * (cloth.curl[p] - cloth.curl[0])
     cloth.bend_area[p] = cloth.bend_area[0] + shrink * (cloth.bend_area[p] - cloth.bend_area[0])

@@ -7,6 +7,10 @@ import numpy as np
 from sim1.cloth.precise import arrays
 from sim1.cloth.precise.mesh import Sheet
 
+# Of stencils with one ripple and with several, in units of the bending rigidity: sheets of 50 to 600 vertices, regular and not, then
+# vibrate within 1 % of the frequencies of a fine one (mean over ten modes).
+RIPPLE = 60.0, 12.0
+INERTIA = 0.5  # of the consistent mass, the rest lumped: waves then travel at their speed up to fourth order
 NEVER = 1e9  # a threshold that nothing reaches
 
 
@@ -96,12 +100,15 @@ def _row(
     law = np.array([plane * root, plane / root, plane * world.poisson, 0.5 * plane * (1.0 - world.poisson)])
     mass = world.area_density_kg_m2 * sheet.vertex_area_m2  # shrinking keeps the mass
     mass = mass + _lump(sheet, world.heavy_patch)
+    density = (mass / sheet.vertex_area_m2)[sheet.faces].mean(1)
+    inertia = INERTIA / 12.0 * density * sheet.face_area_m2
     turns = np.sqrt(world.bending_ratio) ** np.array([1.0, -1.0, 0.0])
     bend = world.bending_n_m * turns * np.array([scale_u**-4, scale_v**-4, 2.0 * grown**-2])
     soft = _patch(sheet.material_m[stencils.centre], world.stiff_patch)
     bend_area = stencils.area_m2 * grown
     if clamped is not None:  # only the free half of such a cell bends: by the same angle over half the length
         soft = np.where(clamped, world.clamp * soft, soft)
+    ripple = np.where(np.diff(stencils.first) == 7, *RIPPLE) * world.bending_n_m / grown**2 * soft * bend_area
     curl = np.zeros((len(bend_area), 3))
     curl[:, 0], curl[:, 1] = world.curl_1_m[0] * scale_u**2, world.curl_1_m[1] * scale_v**2
     s = np.zeros(arrays.SCALARS)
@@ -121,7 +128,19 @@ def _row(
     s[arrays.COMPLIANCE] = world.compliance_m_n * grip_size
     s[arrays.SLIP_THRESHOLD], s[arrays.SLIP_RATE] = world.slip_threshold_n, world.slip_rate_m_n_s
     s[arrays.STIFFENING], s[arrays.MODULUS] = world.stiffening, world.stretch_n_m
-    return s, gradient, area, law, mass, vertex_area, bend[None] * (soft * bend_area)[:, None], curl, bend_area
+    return (
+        s,
+        gradient,
+        area,
+        law,
+        mass,
+        inertia,
+        vertex_area,
+        bend[None] * (soft * bend_area)[:, None],
+        ripple,
+        curl,
+        bend_area,
+    )
 
 
 def _patch(point_m: np.ndarray, patch: tuple[float, float, float, float]) -> np.ndarray:
