@@ -1,8 +1,15 @@
-"""Recordings beside simulations: blocks of frames, their noise, and residuals in units of it."""
+"""Recordings beside simulations: blocks of frames, their noise, and residuals in units of it.
+
+What a simulator gets wrong is no noise: it lasts. Measured less simulated is taken to be white noise and a discrepancy that forgets
+itself over `LASTING_S` (Kennedy and O'Hagan 2001, with the covariance of an Ornstein-Uhlenbeck process along each marker's coordinate),
+else a hundred samples of one lasting error would count as a hundred witnesses.
+"""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from sim1.recording.bundle import Recording
 from sim1.recording.motion import rest_until_s
@@ -13,6 +20,7 @@ BLOCK_S = (
 MESH_SHARE = 0.6  # of what refining the mesh changed: taken as the standard deviation of what it still gets wrong
 MESH_WINDOW_S = 0.3  # over which that is averaged
 MESH_FLOOR_M = 5e-5
+LASTING_S = 1.0  # how long the discrepancy remembers: a bend that hangs wrong does so for as long as it hangs
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,10 +41,28 @@ class Observed:
         total = np.add.reduceat(markers_m * self.weight[..., None], self.starts, axis=-3)
         return total[..., self.kept]
 
-    @property
-    def sigma_m(self) -> np.ndarray:
-        """Standard deviation (K,) of measured less simulated if nothing is missing."""
-        return np.hypot(self.noise_m, self.mesh_m)
+    @cached_property
+    def _factors(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Per marker and coordinate: which numbers, and the Cholesky factor of their covariance."""
+        number = np.cumsum(self.kept.ravel()).reshape(self.kept.shape) - 1
+        found = []
+        for m in range(self.kept.shape[1]):
+            for axis in range(3):
+                blocks = np.flatnonzero(self.kept[:, m, axis])
+                if len(blocks):
+                    rows, time = number[blocks, m, axis], self.block_s[blocks]
+                    lasting = np.exp(-np.abs(time[:, None] - time) / LASTING_S)
+                    covariance = self.mesh_m[rows, None] * lasting * self.mesh_m[rows]
+                    covariance[np.diag_indices(len(rows))] += self.noise_m**2
+                    found.append((rows, np.linalg.cholesky(covariance)))
+        return found
+
+    def white(self, values_m: np.ndarray) -> np.ndarray:
+        """Numbers (K, ...) in units of their standard deviation, what lasts taken out: independent if nothing is missing."""
+        out = np.empty_like(values_m)
+        for rows, factor in self._factors:
+            out[rows] = solve_triangular(factor, values_m[rows], lower=True, check_finite=False)
+        return out
 
     @property
     def time_s(self) -> np.ndarray:

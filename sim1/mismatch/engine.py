@@ -103,43 +103,43 @@ class Engine:
         Returns what `slopes` would, now.
         """
         count = len(unknowns.nominal)
-        residuals, slopes = self.slopes(unknowns, z, names)
-        for name in names:
-            stage, before = self.stages[name], self.stages[name].observed.sigma_m
-            wobble = WOBBLE_Z * np.linalg.norm(slopes[name][:, :count], axis=1) * before
+        runs, steps = self._twins(unknowns, z, names)
+        for name, run in runs.items():
+            stage = self.stages[name]
+            lead = stage.observed.reduce(run[1 : count + 1] - run[0]) / steps[:count, None]
+            wobble = WOBBLE_Z * np.linalg.norm(lead, axis=0)
             stage.observed = replace(stage.observed, mesh_m=np.hypot(stage.observed.mesh_m, wobble))
-            share = before / stage.observed.sigma_m
-            residuals[name], slopes[name] = residuals[name] * share, slopes[name] * share[:, None]
-        return residuals, slopes
+        return self._looked(runs, steps)
 
-    def slopes(
-        self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...], columns: list[int] | None = None
-    ) -> Looked:
-        """Residuals (K,) and their derivatives (K, columns) over z."""
-        columns = list(range(len(z))) if columns is None else columns
+    def slopes(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]) -> Looked:
+        """Residuals (K,) and their derivatives (K, P) over z."""
+        return self._looked(*self._twins(unknowns, z, names))
+
+    def _twins(
+        self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]
+    ) -> tuple[dict[str, np.ndarray], np.ndarray]:
         low, high = unknowns.bounds()
         worlds, steps = [unknowns.world(z)], []
-        for k in columns:
+        for k in range(len(z)):
             away = unknowns.all[k].twin_z
             step = away if z[k] + away <= high[k] and (z[k] <= 0 or z[k] - away < low[k]) else -away
             moved = z.copy()
             moved[k] += step
             worlds.append(unknowns.world(moved))
             steps.append(step)
-        return self.answers(worlds, np.array(steps), names)
+        return self._markers(worlds, names), np.array(steps)
 
     def answers(self, worlds: list[World], steps: np.ndarray, names: tuple[str, ...]) -> Looked:
         """Residuals of the first world, and how they change, per unit, towards each of the others."""
-        residuals, slopes = {}, {}
-        for name, run in self._markers(worlds, names).items():
-            one = self.stages[name].observed
-            lead = one.reduce(run[1:] - run[0]) / one.sigma_m
-            residuals[name], slopes[name] = self._units(name, run[0]), (lead / steps[:, None]).T
-        return residuals, slopes
+        return self._looked(self._markers(worlds, names), steps)
 
-    def _units(self, name: str, markers: np.ndarray) -> np.ndarray:
-        one = self.stages[name].observed
-        return (one.reduce(markers) - one.measured_m) / one.sigma_m
+    def _looked(self, runs: dict[str, np.ndarray], steps: np.ndarray) -> Looked:
+        residuals, slopes = {}, {}
+        for name, run in runs.items():
+            one = self.stages[name].observed
+            residuals[name] = one.white(one.reduce(run[0]) - one.measured_m)
+            slopes[name] = one.white((one.reduce(run[1:] - run[0]) / steps[:, None]).T)
+        return residuals, slopes
 
     def _markers(self, worlds: list[World], names: tuple[str, ...]) -> dict[str, np.ndarray]:
         runs = self._run([self._task(name, tuple(worlds), self.finer, STEP_S) for name in names])
