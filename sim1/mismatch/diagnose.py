@@ -57,6 +57,7 @@ class Diagnosis:
     rmse_m: dict[str, dict[str, float]]
     heldout_markers_m: dict[str, dict[str, np.ndarray]]  # baseline, augmented: recording -> (N, M, 3)
     located: Located  # against the baseline
+    simulating_s: float  # of the time that it took
 
 
 def rating(model: Model, thresholds: Thresholds) -> float:
@@ -171,6 +172,7 @@ def _diagnose(
         rmse_m=rmse,
         heldout_markers_m=shown,
         located=located,
+        simulating_s=engine.simulating_s,
     )
 
 

@@ -49,7 +49,7 @@ class Engine:
         self.workers = Workers(bundle, processes)
         observed = [observe(recording) for recording in bundle.recordings]
         self.noise_m = noise = _noise_m(bundle, observed)
-        self.finer = mesh_for(bundle)
+        self.finer = self.finest = mesh_for(bundle)  # how often the given mesh is refined
         self.stages = {
             recording.name: _Stage(
                 scene=prepare(bundle, recording, STEP_S, self.finer), observed=replace(one, noise_m=noise)
@@ -57,6 +57,7 @@ class Engine:
             for recording, one in zip(bundle.recordings, observed, strict=True)
         }
         self.area_m2 = float(next(iter(self.stages.values())).scene.sheet.face_area_m2.sum())
+        self.simulating_s = 0.0
         self._pace_s = float("inf")  # seconds that a step of one recording takes
 
     def __enter__(self) -> Self:
@@ -76,19 +77,15 @@ class Engine:
         """Data of a recording."""
         return self.stages[name].observed
 
-    def refine(self, world: World, names: tuple[str, ...], *, step: bool = True) -> None:
-        """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for.
-
-        Without `step` the correction stays.
-        """
+    def refine(self, world: World, names: tuple[str, ...]) -> None:
+        """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for."""
         other = self.finer - 1 if self.finer else self.finer + 1
-        kinds = [(self.finer, STEP_S), (other, STEP_S), *([(self.finer, FINE_STEP_S)] if step else [])]
+        kinds = [(self.finer, STEP_S), (other, STEP_S), (self.finer, FINE_STEP_S)]
         runs = self._run([self._task(name, (world,), *kind) for kind in kinds for name in names])
         for k, name in enumerate(names):
-            working, rough, *exact = (run.markers_m[0] for run in runs[k :: len(names)])
+            working, rough, exact = (run.markers_m[0] for run in runs[k :: len(names)])
             stage = self.stages[name]
-            if step:
-                stage.defect_m = exact[0] - working
+            stage.defect_m = exact - working
             stage.observed = replace(stage.observed, mesh_m=mesh_error(stage.observed, working - rough))
 
     def foretell(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray]:
@@ -155,7 +152,9 @@ class Engine:
     def _run(self, tasks: list[Task]) -> list[Done]:
         began = time.monotonic()
         runs = self.workers(tasks)
-        self._pace_s = min(self._pace_s, (time.monotonic() - began) / sum(map(self._steps, tasks)))
+        taken_s = time.monotonic() - began
+        self.simulating_s += taken_s
+        self._pace_s = min(self._pace_s, taken_s / sum(map(self._steps, tasks)))
         self.patience.reserve_s = self._pace_s * self._closing_steps()
         for task, run in zip(tasks, runs, strict=True):
             if task.follow_hz and task.finer == self.finer:

@@ -11,13 +11,13 @@ from sim1.mismatch.fit import CONVERGED, Fit, Tempers, fit, promised, temper_of
 from sim1.mismatch.screen import Candidate, screen, site_of
 from sim1.mismatch.search import Term, Unknowns
 
-PASSES = 2  # of measuring the mesh's error anew and fitting again
+PASSES = 3  # of measuring the mesh's error anew and fitting again
 SETTLED = 0.1  # a pass that moves every coefficient by less, in prior standard deviations, ends the calibration
 SHORTLIST = 6
 MORE = 4  # iterations of the leaders, after a first look at all
 LEADERS = 3
 HOPELESS = 60.0  # nats by which a candidate's promise may lie behind the leader's
-ROUGH = 0.02  # share of the cost below which the first pass, with the step's error unknown, does not go on
+ROUGH = 0.01  # share of the cost below which the search on the coarser mesh does not go on
 WORSE = 20.0  # nats by which a first look may be worse than the baseline and is still a place to go on from
 WORTH = 2.0  # nats that a candidate must promise to be fitted
 FIRST_TEMPER = 8.0  # before any residual is known
@@ -54,11 +54,12 @@ def calibrate(
     progress: Callable[[float], None],
     passes: int = PASSES,
 ) -> Fit:
-    """Fit and correct for the mesh in turn until neither moves the other."""
+    """Fit and correct for the mesh in turn until neither moves the other; the long way from the prior is gone on a coarser mesh."""
     temper, found = dict.fromkeys(names, FIRST_TEMPER), None
     for number in range(passes):
+        engine.finer = engine.finest if number else max(engine.finest - 1, 0)
         if not engine.patience.over:
-            engine.refine(unknowns.world(z), names, step=number > 0)
+            engine.refine(unknowns.world(z), names)
         looked = engine.soften(unknowns, z, names)
         found = fit(
             engine,
@@ -74,6 +75,7 @@ def calibrate(
         z, temper = found.z, temper_of(engine, found.residuals, names)
         if (number and moved < SETTLED) or engine.patience.over:
             break
+    engine.finer = engine.finest
     return replace(found, temper=temper)
 
 

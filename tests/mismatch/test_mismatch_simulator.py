@@ -91,7 +91,7 @@ def test_a_twin_says_what_another_simulation_would(bundle, world):
         assert off < 0.1 * np.sqrt(np.mean(change**2)) + 5e-7, name
 
 
-def test_two_rounds_are_enough_for_a_twin(bundle, world, monkeypatch):
+def test_one_round_is_enough_for_a_twin(bundle, world, monkeypatch):
     scene = prepare(bundle, bundle.recordings[1], 1 / 60, finer=1)
     twins = [part_of_the_way(world, name, value, 1e-4) for name, value in VARIED.items()]
     usual = simulate(scene, [world, *twins]).markers_m

@@ -1,0 +1,1 @@
+"""Diagnoses of bundles whose answers are known: what is found, how far off, how long it takes."""
