@@ -1,10 +1,11 @@
-"""`python -m benchmarks.diagnosis run|table`: bundles of `benchmarks.concealed` (a stand-in for reality), diagnosed and compared."""
+"""`python -m benchmarks.diagnosis run|table|at-truth`: bundles of `benchmarks.concealed` (a stand-in for reality), diagnosed and compared."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from benchmarks.diagnosis.at_truth import at_truth
 from benchmarks.diagnosis.tables import tables
 from benchmarks.diagnosis.trial import Trial, run_trial
 
@@ -41,6 +42,15 @@ def run(
 def table(out: Out = Path("diagnoses.jsonl")) -> None:
     """Print what was found, in Markdown."""
     typer.echo(tables(_read(out)))
+
+
+@app.command("at-truth")
+def compare_at_truth(
+    cases: Annotated[list[Path], typer.Argument(help="folders with bundle/ and answers.json")],
+) -> None:
+    """Print what is left of the recordings at the true parameters: free runs and pulled ones, two meshes."""
+    for folder in cases:
+        typer.echo(at_truth(folder) + "\n")
 
 
 def _read(path: Path) -> list[Trial]:
