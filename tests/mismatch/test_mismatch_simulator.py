@@ -91,6 +91,30 @@ def test_a_twin_says_what_another_simulation_would(bundle, world):
         assert off < 0.1 * np.sqrt(np.mean(change**2)) + 5e-7, name
 
 
+def test_a_bent_sheet_that_turns_as_a_whole_is_not_damped(bundle, world):
+    scene = prepare(bundle, bundle.recordings[0], 1 / 60)
+    u, v = scene.sheet.material_m.T
+    x = np.column_stack([np.sin(8.0 * u) / 8.0, -v, np.cos(8.0 * u) / 8.0])
+    turning = np.cross([0.7, -1.1, 0.4], x)
+    bending = np.column_stack([0.0 * u, 0.0 * u, np.sin(20.0 * u) / 20.0])
+    shape = (len(scene.net.first) - 1, 3)
+    still, free = np.zeros(shape), np.zeros(len(scene.net.held), bool)
+    target = np.zeros((len(scene.net.held), 3))
+
+    def damping(velocity):
+        """Power that the material takes at this velocity."""
+        power = []
+        for tau in (0.0, 0.01):
+            cloth = pack(scene.sheet, [replace(world, damping_s=tau, stretch_n_m=1e-6)], 1.0)
+            out = np.empty_like(x)
+            residual(x, velocity, 0.0 * x, 1e-3, scene.net, cloth, 0, still, still, still, target, free, out)
+            power.append((out * velocity).sum())
+        return power[1] - power[0]
+
+    assert damping(bending) > 0.0
+    assert abs(damping(turning)) < 1e-3 * damping(bending)
+
+
 def test_one_round_is_enough_for_a_twin(bundle, world, monkeypatch):
     scene = prepare(bundle, bundle.recordings[1], 1 / 60, finer=1)
     twins = [part_of_the_way(world, name, value, 1e-4) for name, value in VARIED.items()]

@@ -60,6 +60,23 @@ def stress_of(strain, law, s, out):
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
+def normal_of(x, net, c):
+    """Unit normal of the sheet in the middle of stencil `c`."""
+    ux = uy = uz = vx = vy = vz = 0.0
+    for a in range(net.first[c], net.first[c + 1]):
+        i = net.node[a]
+        ux += net.slope[a, 0] * x[i, 0]
+        uy += net.slope[a, 0] * x[i, 1]
+        uz += net.slope[a, 0] * x[i, 2]
+        vx += net.slope[a, 1] * x[i, 0]
+        vy += net.slope[a, 1] * x[i, 1]
+        vz += net.slope[a, 1] * x[i, 2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    size = 1.0 / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+    return nx * size, ny * size, nz * size
+
+
+@njit(cache=True, nogil=True, fastmath=FLAGS)
 def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, target, held_on, out):
     """Inertia less forces (V, 3) [N] of world `p` at shape `x`, velocity `v`, acceleration `acc`.
 
@@ -159,74 +176,47 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
             out[i, 1] += gu * puy + gv * pvy + qy - weight * acc[i, 1]
             out[i, 2] += gu * puz + gv * pvz + qz - weight * acc[i, 2]
     # ------------------------------------------------------------------ stencils: bending
-    y = x + tau * v  # elastic and viscous moments grow with the same weights
     bent = np.empty((3, 3))  # (second derivative, axis)
     turn = np.empty(3)
     for c in range(len(net.first) - 1):
         begin, end = net.first[c], net.first[c + 1]
-        bend = cloth.bend[p, c]
-        curl = cloth.curl[p, c]
+        bend, curl = cloth.bend[p, c], cloth.curl[p, c]
+        nx, ny, nz = normal_of(x, net, c)
         bent[:] = 0.0
+        turn[:] = 0.0
         for a in range(begin, end):
             i = net.node[a]
+            # Only the normal part of the rates is damped: a bent sheet that turns as a whole keeps its energy.
+            high = v[i, 0] * nx + v[i, 1] * ny + v[i, 2] * nz
             for k in range(3):
                 w = net.second[a, k]
-                bent[k, 0] += w * y[i, 0]
-                bent[k, 1] += w * y[i, 1]
-                bent[k, 2] += w * y[i, 2]
+                bent[k, 0] += w * x[i, 0]
+                bent[k, 1] += w * x[i, 1]
+                bent[k, 2] += w * x[i, 2]
+                turn[k] += w * high
         for k in range(3):
-            for d in range(3):
-                bent[k, d] *= bend[k]
-        shaped = s[HYSTERESIS] != 0.0
-        for k in range(3):
-            shaped = shaped or curl[k] != 0.0 or crease[c, k] != 0.0
-        if shaped:
-            ux = uy = uz = vx = vy = vz = 0.0
-            for a in range(begin, end):
-                i = net.node[a]
-                ux += net.slope[a, 0] * x[i, 0]
-                uy += net.slope[a, 0] * x[i, 1]
-                uz += net.slope[a, 0] * x[i, 2]
-                vx += net.slope[a, 1] * x[i, 0]
-                vy += net.slope[a, 1] * x[i, 1]
-                vz += net.slope[a, 1] * x[i, 2]
-            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-            size = 1.0 / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
-            nx, ny, nz = nx * size, ny * size, nz * size
-            turn[:] = 0.0
-            if s[HYSTERESIS] != 0.0:
-                for a in range(begin, end):
-                    i = net.node[a]
-                    high = x[i, 0] * nx + x[i, 1] * ny + x[i, 2] * nz
-                    for k in range(3):
-                        turn[k] += net.second[a, k] * high
-            for k in range(3):
-                if bend[k] == 0.0:
-                    continue
-                extra = -bend[k] * (curl[k] + crease[c, k])
-                if s[HYSTERESIS] != 0.0:
-                    change = turn[k] - curvature[c, k]
-                    turned = (moment[c, k] + change) / (1.0 + abs(change) / DAHL_1_M)
-                    extra += s[HYSTERESIS] * (2.0 if k == 2 else 1.0) * cloth.bend_area[p, c] * turned / DAHL_1_M
-                bent[k, 0] += extra * nx
-                bent[k, 1] += extra * ny
-                bent[k, 2] += extra * nz
+            extra = bend[k] * (tau * turn[k] - curl[k] - crease[c, k])
+            if s[HYSTERESIS] != 0.0 and bend[k] != 0.0:
+                change = bent[k, 0] * nx + bent[k, 1] * ny + bent[k, 2] * nz - curvature[c, k]
+                turned = (moment[c, k] + change) / (1.0 + abs(change) / DAHL_1_M)
+                extra += s[HYSTERESIS] * (2.0 if k == 2 else 1.0) * cloth.bend_area[p, c] * turned / DAHL_1_M
+            bent[k, 0] = bend[k] * bent[k, 0] + extra * nx
+            bent[k, 1] = bend[k] * bent[k, 1] + extra * ny
+            bent[k, 2] = bend[k] * bent[k, 2] + extra * nz
         for a in range(begin, end):
             i = net.node[a]
             w0, w1, w2 = net.second[a, 0], net.second[a, 1], net.second[a, 2]
             for d in range(3):
                 out[i, d] += w0 * bent[0, d] + w1 * bent[1, d] + w2 * bent[2, d]
         firm = cloth.ripple[p, c]
-        for e in range(
-            min(end - begin - 6, net.ripple.shape[1])
-        ):  # what the quadratic lets pass would be free to flutter
+        for e in range(min(end - begin - 6, net.ripple.shape[1])):  # what no quadratic follows would be free to flutter
             rx = ry = rz = 0.0
             for a in range(begin, end):
                 i = net.node[a]
                 w = net.ripple[a, e]
-                rx += w * y[i, 0]
-                ry += w * y[i, 1]
-                rz += w * y[i, 2]
+                rx += w * x[i, 0]
+                ry += w * x[i, 1]
+                rz += w * x[i, 2]
             rx, ry, rz = firm * rx, firm * ry, firm * rz
             for a in range(begin, end):
                 i = net.node[a]

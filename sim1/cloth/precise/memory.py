@@ -4,26 +4,20 @@ import numpy as np
 from numba import njit
 
 from sim1.cloth.precise.arrays import COMPLIANCE, HYSTERESIS, RETAINED, SLIP_RATE, SLIP_THRESHOLD, YIELD
-from sim1.cloth.precise.forces import DAHL_1_M, FLAGS, GRIP_M_N
+from sim1.cloth.precise.forces import DAHL_1_M, FLAGS, GRIP_M_N, normal_of
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
 def curvatures(x, net, out):
     """Normal curvatures (C, 3) of the stencils, 1/m."""
     for c in range(len(net.first) - 1):
-        u, v = np.zeros(3), np.zeros(3)
-        k = np.zeros((3, 3))
+        nx, ny, nz = normal_of(x, net, c)
+        out[c] = 0.0
         for a in range(net.first[c], net.first[c + 1]):
-            for d in range(3):
-                value = x[net.node[a], d]
-                u[d] += net.slope[a, 0] * value
-                v[d] += net.slope[a, 1] * value
-                for e in range(3):
-                    k[e, d] += net.second[a, e] * value
-        n0, n1, n2 = u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
-        size = max(np.sqrt(n0 * n0 + n1 * n1 + n2 * n2), 1e-12)
-        for e in range(3):
-            out[c, e] = (k[e, 0] * n0 + k[e, 1] * n1 + k[e, 2] * n2) / size
+            i = net.node[a]
+            high = x[i, 0] * nx + x[i, 1] * ny + x[i, 2] * nz
+            for e in range(3):
+                out[c, e] += net.second[a, e] * high
 
 
 @njit(cache=True, nogil=True)

@@ -29,17 +29,12 @@ from sim1.cloth.precise.forces import (
     GRIP_M_N,
     OWN_SHARE,
     STRIBECK_M_S,
+    normal_of,
     stress_of,
     workspace_of,
 )
 
 MOST_RING = 24  # vertices around a vertex, itself included
-
-
-@njit(cache=True, nogil=True, fastmath=FLAGS)
-def _add(band, i, j, value):
-    """Add an entry of the lower triangle, matrix indices i >= j."""
-    band[j, i - j] += value
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
@@ -83,18 +78,7 @@ def _tangent(strain, law, s, rate, out):
 def _add_friction(x, net, cloth, curvature, moment, c, block, band):
     """Add what the friction of bending in a stencil resists with, by the slope of the Dahl update."""
     begin, end = net.first[c], net.first[c + 1]
-    ux = uy = uz = vx = vy = vz = 0.0
-    for a in range(begin, end):
-        i = net.node[a]
-        ux += net.slope[a, 0] * x[i, 0]
-        uy += net.slope[a, 0] * x[i, 1]
-        uz += net.slope[a, 0] * x[i, 2]
-        vx += net.slope[a, 1] * x[i, 0]
-        vy += net.slope[a, 1] * x[i, 1]
-        vz += net.slope[a, 1] * x[i, 2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    size = 1.0 / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
-    nx, ny, nz = nx * size, ny * size, nz * size
+    nx, ny, nz = normal_of(x, net, c)
     for k in range(3):
         bent = 0.0
         for a in range(begin, end):
@@ -128,7 +112,6 @@ def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, he
     """
     s = cloth.scalar[0]
     tau = s[DAMPING]
-    visco = 1.0 + tau * rate
     band[:] = 0.0
     block = np.empty((3, 3))
     strain = np.empty((3, 3, 3))  # (corner, strain, axis)
@@ -272,8 +255,9 @@ def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, he
                 _add_block(band, i, j, block)
     for c in range(len(net.first) - 1):
         begin, end = net.first[c], net.first[c + 1]
-        uu, vv, uv = visco * cloth.bend[0, c, 0], visco * cloth.bend[0, c, 1], visco * cloth.bend[0, c, 2]
-        firm, ripples = visco * cloth.ripple[0, c], min(end - begin - 6, net.ripple.shape[1])
+        uu, vv, uv = cloth.bend[0, c, 0], cloth.bend[0, c, 1], cloth.bend[0, c, 2]
+        firm, ripples = cloth.ripple[0, c], min(end - begin - 6, net.ripple.shape[1])
+        nx, ny, nz = normal_of(x, net, c)
         for a in range(begin, end):
             i = net.node[a]
             wuu, wvv, wuv = uu * net.second[a, 0], vv * net.second[a, 1], uv * net.second[a, 2]
@@ -282,10 +266,18 @@ def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, he
                 if i < j:
                     continue
                 value = wuu * net.second[b, 0] + wvv * net.second[b, 1] + wuv * net.second[b, 2]
+                slow = tau * rate * value  # acts along the normal alone
                 for e in range(ripples):
                     value += firm * net.ripple[a, e] * net.ripple[b, e]
-                for d in range(3):
-                    _add(band, 3 * i + d, 3 * j + d, value)
+                block[0, 0], block[1, 1], block[2, 2] = (
+                    value + slow * nx * nx,
+                    value + slow * ny * ny,
+                    value + slow * nz * nz,
+                )
+                block[0, 1] = block[1, 0] = slow * nx * ny
+                block[0, 2] = block[2, 0] = slow * nx * nz
+                block[1, 2] = block[2, 1] = slow * ny * nz
+                _add_block(band, i, j, block)
         if s[HYSTERESIS] != 0.0:
             _add_friction(x, net, cloth, curvature, moment, c, block, band)
     if not np.isnan(s[TABLE_Z]):
