@@ -51,3 +51,28 @@ def draw_heldout_error(path: Path, bundle: Bundle, found: Diagnosis) -> None:
         axis.legend(fontsize=8)
     figure.savefig(path, dpi=110, format="png")
     plt.close(figure)
+
+
+def draw_key_frames(path: Path, bundle: Bundle, found: Diagnosis) -> None:
+    """Measured and simulated markers of the held-out recording at four moments: seen across the way that they move most."""
+    name = found.heldout[0]
+    recording = next(r for r in bundle.recordings if r.name == name)
+    runs = {label: found.heldout_markers_m[label][name] for label in ("baseline", "augmented")}
+    error = np.sqrt(np.nanmean((runs["baseline"] - recording.markers_m) ** 2, axis=(1, 2)))
+    parts = np.array_split(np.arange(len(error)), 4)
+    frames = [int(part[np.nanargmax(error[part])]) for part in parts]
+    side = int(np.nanargmax(np.nanstd(recording.markers_m[..., :2], axis=0).mean(0)))
+    figure, axes = plt.subplots(1, 4, figsize=(12, 3.6), sharex=True, sharey=True, layout="constrained")
+    for axis, frame in zip(axes, frames, strict=True):
+        seen = 1e3 * recording.markers_m[frame][:, [side, 2]]
+        for (label, run), color in zip(runs.items(), ("tab:red", "tab:blue"), strict=True):
+            told = 1e3 * run[frame][:, [side, 2]]
+            axis.plot(*np.stack([seen, told], axis=1).transpose(2, 1, 0), color=color, lw=0.8)
+            axis.scatter(*told.T, s=9, color=color, label=label)
+        axis.scatter(*seen.T, s=22, facecolors="none", edgecolors="k", label="measured")
+        axis.set(xlabel=f"{'xy'[side]} [mm]", title=f"{recording.time_s[frame]:.2f} s", aspect="equal")
+    axes[0].set_ylabel("z [mm]")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", fontsize=8)
+    figure.suptitle(f"{name}: the moments at which the baseline is most wrong in each quarter")
+    figure.savefig(path, dpi=110, format="png")
+    plt.close(figure)

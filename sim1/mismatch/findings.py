@@ -11,7 +11,7 @@ import numpy as np
 
 from sim1.cloth.physics import write_physics
 from sim1.mismatch.diagnose import THRESHOLDS, Diagnosis, Thresholds, diagnose, mean_square, rating
-from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error
+from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
 from sim1.mismatch.fit import promised
 from sim1.mismatch.model_file import effect_entry, physics_of
 from sim1.mismatch.models import Model
@@ -207,6 +207,7 @@ def draw_pictures(folder: Path, bundle: Bundle, found: Diagnosis) -> None:
     """Draw the pictures of the page (`CAPTIONS`) into a folder."""
     draw_forces(folder / "forces.png", bundle, found)
     draw_heldout_error(folder / "heldout_error.png", bundle, found)
+    draw_key_frames(folder / "key_frames.png", bundle, found)
 
 
 def _parameters(found: Diagnosis) -> list[dict[str, Any]]:

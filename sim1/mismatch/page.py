@@ -12,6 +12,7 @@ from sim1.mismatch.verdict import Verdict
 CAPTIONS = {  # pictures of a diagnosis, in their order on the page
     "forces.png": "Where and when: the force that the baseline lacks",
     "heldout_error.png": "Held-out motion",
+    "key_frames.png": "Measured and simulated",
 }
 
 
