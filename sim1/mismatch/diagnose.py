@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
@@ -27,9 +28,9 @@ class Thresholds:
 
     named: float = 45.0  # that an effect must gain over the baseline
     second: float = 25.0  # that another must gain over the first
-    second_share: float = 0.15  # and in units of the first's gain: another formula or mesh leaves that much unexplained
+    second_share: float = 0.03  # and in units of the first's gain: another formula or mesh leaves that much unexplained
     margin: float = 8.0  # over the runner-up
-    margin_share: float = 0.005  # and in units of its own gain
+    margin_share: float = 0.002  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     explained: float = 0.5  # of the baseline's excess over noise and mesh that a named model must explain
     misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
@@ -103,6 +104,7 @@ def _diagnose(
     temper = base.temper
     singles = extended(engine, base, temper, fitted, lambda s, n: progress(0.3 + 0.25 * s, f"trying {n}"))
     pool = [judged(base, temper), *singles.models]
+    pool = _simplified(engine, pool, thresholds, fitted)
     best = min(pool, key=lambda model: rating(model, thresholds))
     if gain_of(pool, best, thresholds) > WORTH_MORE * thresholds.named and not engine.patience.over:
         progress(0.55, "fitting the best again")
@@ -119,6 +121,7 @@ def _diagnose(
             most = AGAIN if close else 0
             again = fit(engine, model.fit.unknowns, model.fit.z, fitted, temper=temper, most=most, given=given)
             pool.append(judged(again, temper, model.variants))
+        pool = _simplified(engine, pool, thresholds, fitted)
         best = min(pool, key=lambda model: rating(model, thresholds))
         temper = temper_of(engine, best.fit.residuals, fitted)
         pool = [judged(model.fit, temper, model.variants) for model in pool]
@@ -137,7 +140,7 @@ def _diagnose(
             least=WORTH_MORE * max(thresholds.second, thresholds.second_share * gain),
             variants=best.variants,
         )
-        pool += pairs.models
+        pool = _simplified(engine, [*pool, *pairs.models], thresholds, fitted)
     ranked = sorted(pool, key=lambda model: rating(model, thresholds))
     null = next(model for model in pool if not model.terms)
     stopped = engine.patience.over
@@ -174,6 +177,30 @@ def _diagnose(
         located=located,
         simulating_s=engine.simulating_s,
     )
+
+
+def _simplified(engine: Engine, pool: list[Model], thresholds: Thresholds, names: tuple[str, ...]) -> list[Model]:
+    """The pool with models that the best contains fitted from where the best arrived, if that is better.
+
+    A search that stopped on the wrong side of a fold would else make the next coefficient look like physics.
+    """
+    best = min(pool, key=lambda model: rating(model, thresholds))
+    kept = []
+    for model in pool:
+        inside = set(model.terms) < set(best.terms)
+        kept.append(_from_there(engine, model, best, names) if inside and not engine.patience.over else model)
+    return kept
+
+
+def _from_there(engine: Engine, model: Model, other: Model, names: tuple[str, ...]) -> Model:
+    count = len(model.fit.unknowns.nominal)
+    start = np.concatenate([other.fit.z[:count], model.fit.z[count:]])
+    try:
+        found = fit(engine, model.fit.unknowns, start, names, temper=model.fit.temper, most=AGAIN)
+    except NotConverged:
+        return model
+    again = judged(found, model.fit.temper, model.variants)
+    return again if again.score < model.score else model
 
 
 def held_out(bundle: Bundle) -> str:

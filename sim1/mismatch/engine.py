@@ -19,7 +19,7 @@ STEP_S = 1 / 60  # of searches; what it gets wrong is measured with FINE_STEP_S 
 FINE_STEP_S = 1 / 240
 ENOUGH_VERTICES = 250  # a mesh of fewer is refined: slack sheets of 12 x 12 vertices fold millimetres off
 WOBBLE_Z = 0.03  # in prior standard deviations: what the simulator itself is taken to be wrong by
-FOLLOW_HZ = 2.0  # how fast a simulated marker follows the measured one while models are compared
+FOLLOW_HZ = 1.0  # how fast a simulated marker follows the measured one while models are compared
 
 Looked = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]  # residuals (K,) and slopes (K, P) by recording
 

@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
-from sim1.mismatch.engine import Engine
+from sim1.mismatch.engine import FOLLOW_HZ, Engine
 from sim1.mismatch.fit import CONVERGED, Fit, Tempers, fit, promised, temper_of
 from sim1.mismatch.screen import Candidate, screen, site_of
 from sim1.mismatch.search import Term, Unknowns
 
-PASSES = 3  # of measuring the mesh's error anew and fitting again
-SETTLED = 0.1  # a pass that moves every coefficient by less, in prior standard deviations, ends the calibration
+# Passes of a calibration: whether on the working mesh, and how fast markers are followed. A short lead finds the way past the folds
+# on which a long one gets stuck; a long lead shows more of what is missing, above all of what acts slowly.
+PASSES = ((False, 2.0), (True, 2.0), (True, FOLLOW_HZ))
 SHORTLIST = 6
 MORE = 4  # iterations of the leaders, after a first look at all
 LEADERS = 3
@@ -52,12 +53,12 @@ def calibrate(
     z: np.ndarray,
     names: tuple[str, ...],
     progress: Callable[[float], None],
-    passes: int = PASSES,
 ) -> Fit:
-    """Fit and correct for the mesh in turn until neither moves the other; the long way from the prior is gone on a coarser mesh."""
+    """Fit and measure anew what mesh and step get wrong, in turn, by `PASSES`."""
     temper, found = dict.fromkeys(names, FIRST_TEMPER), None
-    for number in range(passes):
-        engine.finer = engine.finest if number else max(engine.finest - 1, 0)
+    for number, (working, follow_hz) in enumerate(PASSES):
+        engine.finer = engine.finest if working else max(engine.finest - 1, 0)
+        engine.follow_hz = follow_hz
         if not engine.patience.over:
             engine.refine(unknowns.world(z), names)
         looked = engine.soften(unknowns, z, names)
@@ -67,13 +68,12 @@ def calibrate(
             z,
             names,
             temper=temper,
-            enough=CONVERGED if number else ROUGH,
+            enough=CONVERGED if working else ROUGH,
             given=looked,
-            progress=lambda share, n=number: progress((n + share) / passes),
+            progress=lambda share, n=number: progress((n + share) / len(PASSES)),
         )
-        moved = float(np.abs(found.z - z).max())
         z, temper = found.z, temper_of(engine, found.residuals, names)
-        if (number and moved < SETTLED) or engine.patience.over:
+        if engine.patience.over:
             break
     engine.finer = engine.finest
     return replace(found, temper=temper)
