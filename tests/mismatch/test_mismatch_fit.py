@@ -8,8 +8,10 @@ from small_bundle import empty_bundle
 
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.diagnose import THRESHOLDS, _simplified
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import fit
+from sim1.mismatch.models import Model
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Unknowns, baseline
 from sim1.stage import BadInput
@@ -62,6 +64,16 @@ def test_a_search_that_was_stopped_is_not_called_converged(unknowns):
     stopped = Patience()
     stopped.interrupt()
     assert not fit(Straight(patience=stopped), unknowns, np.zeros(2), ("only",), temper={"only": 1.0}).converged
+
+
+def test_a_baseline_that_got_stuck_is_fitted_from_where_a_richer_model_arrived(unknowns):
+    engine, tempers = Straight(), {"only": 1.0}
+    stuck = fit(engine, unknowns, np.array([3.0, 3.0]), ("only",), temper=tempers, most=0)
+    arrived = fit(engine, unknowns, np.zeros(2), ("only",), temper=tempers)
+    pool = [Model(terms=(), fit=stuck, variants=1), Model(terms=("air_drag",), fit=arrived, variants=1)]
+    null, _ = _simplified(engine, pool, THRESHOLDS, ("only",))
+    assert null.terms == ()
+    assert null.score == pytest.approx(pool[1].score, abs=0.1)
 
 
 def test_noise_that_is_neither_stated_nor_measurable_is_asked_for():
