@@ -4,11 +4,11 @@ import json
 import time
 from pathlib import Path
 
-import numpy as np
 import pydantic
 
 from sim1.mismatch.diagnose import THRESHOLDS, Diagnosis, diagnose, rating
 from sim1.mismatch.findings import verdict_of
+from sim1.mismatch.model_file import deviations, interval
 from sim1.recording.bundle import read_bundle
 
 
@@ -87,8 +87,8 @@ def _gains(found: Diagnosis) -> dict[str, float]:
 
 def _baseline(found: Diagnosis, true: dict[str, float]) -> dict[str, Number]:
     fit, numbers = found.chosen.fit, {}
-    for c, z, std in zip(fit.unknowns.nominal, fit.z, np.sqrt(np.diag(fit.covariance)), strict=False):
+    for c, z, deviation in zip(fit.unknowns.nominal, fit.z, deviations(fit), strict=False):
         if c.name in true:
-            low, high = sorted((c.value(z - 1.96 * std), c.value(z + 1.96 * std)))
+            low, high = interval(c, z, deviation)
             numbers[c.name] = Number(value=c.value(z), low=low, high=high, true=true[c.name])
     return numbers

@@ -27,7 +27,6 @@ LASTING_S = 1.0  # how long the discrepancy remembers: a bend that hangs wrong d
 class Observed:
     """One recording in blocks: K numbers, each the mean of a marker's coordinate over the frames of a block in which it was seen."""
 
-    name: str
     measured_m: np.ndarray  # (K,)
     kept: np.ndarray  # (B, M, 3) which blocks hold a number
     starts: np.ndarray  # (B,) first frame of each block
@@ -64,16 +63,6 @@ class Observed:
             out[rows] = solve_triangular(factor, values_m[rows], lower=True, check_finite=False)
         return out
 
-    @property
-    def time_s(self) -> np.ndarray:
-        """Time (K,) of each number."""
-        return np.broadcast_to(self.block_s[:, None, None], self.kept.shape)[self.kept]
-
-    @property
-    def marker(self) -> np.ndarray:
-        """Column (K,) of the marker of each number."""
-        return np.broadcast_to(np.arange(self.kept.shape[1])[None, :, None], self.kept.shape)[self.kept]
-
 
 def observe(recording: Recording) -> Observed:
     """Cut a recording into blocks; the noise is filled in by `measured_noise`."""
@@ -87,7 +76,6 @@ def observe(recording: Recording) -> Observed:
     kept = np.repeat((count > 0.5 * stride)[..., None], 3, axis=2)
     total = np.add.reduceat(np.where(seen[..., None], recording.markers_m, 0.0) * weight[..., None], starts, axis=0)
     return Observed(
-        name=recording.name,
         measured_m=total[kept],
         kept=kept,
         starts=starts,

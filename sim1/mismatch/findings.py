@@ -13,7 +13,7 @@ from sim1.cloth.physics import write_physics
 from sim1.mismatch.diagnose import THRESHOLDS, Diagnosis, Thresholds, diagnose, mean_square, rating
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
 from sim1.mismatch.fit import promised
-from sim1.mismatch.model_file import effect_entry, physics_of
+from sim1.mismatch.model_file import deviations, effect_entry, interval, physics_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.page import write_page
 from sim1.mismatch.patience import Patience
@@ -212,9 +212,8 @@ def draw_pictures(folder: Path, bundle: Bundle, found: Diagnosis) -> None:
 
 def _parameters(found: Diagnosis) -> list[dict[str, Any]]:
     rows, fit = [], found.chosen.fit
-    spread = np.sqrt(np.diag(fit.covariance))
-    for c, z, std in zip(fit.unknowns.all, fit.z, spread, strict=True):
-        low, high = sorted((c.value(z - 1.96 * std), c.value(z + 1.96 * std)))
+    for c, z, deviation in zip(fit.unknowns.all, fit.z, deviations(fit), strict=True):
+        low, high = interval(c, z, deviation)
         rows.append(
             {"name": c.name, "unit": c.unit, "prior": c.value(0.0), "value": c.value(z), "low": low, "high": high}
         )

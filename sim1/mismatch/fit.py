@@ -13,7 +13,7 @@ from sim1.mismatch.search import Unknowns
 FREEDOM = 5.0  # of the Student-t likelihood
 CONVERGED = 4e-4  # relative change of the cost that ends a search
 MOST_CORRELATED_S = 1.0
-LEAST_TEMPER = 3.0  # blocks that follow each other share what the mesh gets wrong, however white the residual looks
+LEAST_TEMPER = 3.0  # markers beside each other share what the mesh gets wrong, however white each one's residual is
 
 Tempers = dict[str, float]  # by recording: samples per independent sample
 
@@ -164,7 +164,7 @@ def bounded_step(normal, gradient, z, low, high) -> np.ndarray:
 
 
 def temper_of(engine: Engine, residuals: dict[str, np.ndarray], names: tuple[str, ...]) -> Tempers:
-    """Samples per independent sample: neighbours in time share what the simulator gets wrong, at rest all of them."""
+    """Samples per independent sample: `LEAST_TEMPER`, or more where whitening leaves neighbours in time alike."""
     return {name: max(LEAST_TEMPER, _correlated(engine.observed(name), residuals[name])) for name in names}
 
 

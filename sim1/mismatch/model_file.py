@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sim1.cloth.effects import Effect, effects_of
+from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.physics import MESH, PRIOR_FRICTION, ClothPhysics, Friction, Property
 from sim1.cloth.precise.held_places import estimated_places, unknown_holds
 from sim1.cloth.precise.start import table_z
@@ -14,20 +15,28 @@ from sim1.cloth.precise.world import World
 from sim1.mismatch.fit import Fit
 from sim1.recording.bundle import Bundle
 
+WIDEN = 2.0  # of Laplace's standard deviations: in the trials of docs/mismatch.md they left out every third true value
 SAMPLES = 400  # of the posterior, for intervals of what is computed from coefficients
 FABRIC = ("area_density_kg_m2", "thickness_m", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
 
 
-def physics_of(bundle: Bundle, found: Fit, *, widen: float = 1.0) -> ClothPhysics:
-    """The model file of a fit; what was not fitted keeps its prior value and has no interval.
+def deviations(found: Fit) -> np.ndarray:
+    """Standard deviations (P,) of z: Laplace's, widened."""
+    return WIDEN * np.sqrt(np.diag(found.covariance))
 
-    `widen` multiplies standard deviations: what calibration runs found the Laplace intervals to lack.
-    """
-    spread = widen * np.sqrt(np.diag(found.covariance))
-    nominal = {}
-    for c, z, std in zip(found.unknowns.nominal, found.z, spread, strict=False):
-        edges = sorted((c.value(z - 1.96 * std), c.value(z + 1.96 * std)))
-        nominal[c.name] = Property(value=c.value(z), ci95=(edges[0], edges[1]))
+
+def interval(c: Coefficient, z: float, deviation: float) -> tuple[float, float]:
+    """95 % interval of a coefficient, in its unit."""
+    low, high = sorted((c.value(z - 1.96 * deviation), c.value(z + 1.96 * deviation)))
+    return low, high
+
+
+def physics_of(bundle: Bundle, found: Fit) -> ClothPhysics:
+    """The model file of a fit; what was not fitted keeps its prior value and has no interval."""
+    nominal = {
+        c.name: Property(value=c.value(z), ci95=interval(c, z, deviation))
+        for c, z, deviation in zip(found.unknowns.nominal, found.z, deviations(found), strict=False)
+    }
     values = {name: nominal.get(name, Property(value=getattr(bundle.prior, name).value)) for name in FABRIC}
     friction = Friction()
     if bundle.environment.table is not None:
@@ -37,18 +46,18 @@ def physics_of(bundle: Bundle, found: Fit, *, widen: float = 1.0) -> ClothPhysic
     return ClothPhysics(
         **values,
         friction=friction,
-        effects=tuple(effect_entry(found, index, widen) for index in range(len(found.unknowns.terms))),
+        effects=tuple(effect_entry(found, index) for index in range(len(found.unknowns.terms))),
         grips=_grips(bundle, world),
         mesh={c.name: float(getattr(world, c.name)) for c in found.unknowns.nominal if c.name in MESH},
     )
 
 
-def effect_entry(found: Fit, term: int, widen: float = 1.0) -> dict[str, Any]:
+def effect_entry(found: Fit, term: int) -> dict[str, Any]:
     """`{name, parameters: {p: {value, ci95, unit}}}` of a term, intervals from samples of the Laplace posterior."""
     effect: type[Effect] = found.unknowns.terms[term].effect
     stream = np.random.default_rng(0)
     low, high = found.unknowns.bounds()
-    draws = stream.multivariate_normal(found.z, widen**2 * found.covariance, size=SAMPLES, method="eigh")
+    draws = stream.multivariate_normal(found.z, WIDEN**2 * found.covariance, size=SAMPLES, method="eigh")
     draws = np.clip(draws, low, high)
     at = effect.published(found.unknowns.world(found.z), found.unknowns.values(term, found.z))
     sampled = [effect.published(found.unknowns.world(z), found.unknowns.values(term, z)) for z in draws]
