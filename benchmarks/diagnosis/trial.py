@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pydantic
 
-from sim1.mismatch.diagnose import THRESHOLDS, Diagnosis, diagnose, rating
+from sim1.mismatch.decide import THRESHOLDS, rating
+from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.findings import verdict_of
 from sim1.mismatch.model_file import deviations, interval
 from sim1.recording.bundle import read_bundle

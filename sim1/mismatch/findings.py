@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.physics import write_physics
-from sim1.mismatch.diagnose import THRESHOLDS, Diagnosis, Thresholds, diagnose, mean_square, rating
+from sim1.mismatch.decide import THRESHOLDS, Thresholds, mean_square, rating
+from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
 from sim1.mismatch.fit import promised
 from sim1.mismatch.model_file import deviations, effect_entry, interval, physics_of

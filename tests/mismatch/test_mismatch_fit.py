@@ -8,10 +8,11 @@ from small_bundle import empty_bundle
 
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.precise.simulate import NotConverged
-from sim1.mismatch.diagnose import THRESHOLDS, _simplified
+from sim1.mismatch import contest
+from sim1.mismatch.decide import THRESHOLDS
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import fit
-from sim1.mismatch.models import Model
+from sim1.mismatch.models import Model, Tried
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Unknowns, baseline
 from sim1.stage import BadInput
@@ -71,9 +72,24 @@ def test_a_baseline_that_got_stuck_is_fitted_from_where_a_richer_model_arrived(u
     stuck = fit(engine, unknowns, np.array([3.0, 3.0]), ("only",), temper=tempers, most=0)
     arrived = fit(engine, unknowns, np.zeros(2), ("only",), temper=tempers)
     pool = [Model(terms=(), fit=stuck, variants=1), Model(terms=("air_drag",), fit=arrived, variants=1)]
-    null, _ = _simplified(engine, pool, THRESHOLDS, ("only",))
+    null, _ = contest.simplified(engine, pool, THRESHOLDS, ("only",))
     assert null.terms == ()
     assert null.score == pytest.approx(pool[1].score, abs=0.1)
+
+
+def test_effects_are_sought_again_from_a_baseline_that_was_freed(unknowns, monkeypatch):
+    engine, tempers, starts = Straight(), {"only": 1.0}, []
+    stuck = fit(engine, unknowns, np.array([30.0, 30.0]), ("only",), temper=tempers, most=0)
+    arrived = fit(engine, unknowns, np.zeros(2), ("only",), temper=tempers)
+
+    def looked_from(engine, base, *rest):
+        starts.append(base.cost)
+        return Tried(models=(Model(terms=("air_drag",), fit=arrived, variants=1),))
+
+    monkeypatch.setattr(contest, "extended", looked_from)
+    found = contest.with_one_effect(engine, stuck, ("only",), THRESHOLDS, lambda share, what: None)
+    assert starts == [pytest.approx(stuck.cost), pytest.approx(arrived.cost, abs=0.1)]
+    assert contest.null_of(found.pool).score == pytest.approx(found.pool[1].score, abs=0.1)
 
 
 def test_noise_that_is_neither_stated_nor_measurable_is_asked_for():

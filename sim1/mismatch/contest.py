@@ -1,0 +1,134 @@
+"""Models of a bundle against each other: the baseline, one effect more, the leaders fitted again, and a second effect."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.decide import Thresholds, best_of, gain_of, null_of, rating
+from sim1.mismatch.engine import Engine
+from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
+from sim1.mismatch.models import Model, calibrate, extended, judged
+from sim1.mismatch.screen import Candidate
+from sim1.mismatch.search import Unknowns
+
+FINALISTS = 3  # models, the baseline among them, that are fitted again once the mesh's error is known at the best
+AGAIN = 2  # iterations of that
+NEAR, FAR = 3.0, 0.3  # of a threshold, and of what the best gains: models further behind it are not fitted again
+WORTH_MORE = 0.5  # share of a threshold from which more effort is spent
+PARTNERS = 3  # second effects that are tried
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contest:
+    """Every model that was fitted, the baseline among them, all with one temper and the same idea of the mesh's error."""
+
+    pool: list[Model]
+    temper: Tempers
+    lost: tuple[Candidate, ...] = ()  # effects that promised something and that no simulation followed
+
+
+def contest(
+    engine: Engine, plain: Unknowns, names: tuple[str, ...], thresholds: Thresholds, progress: Progress
+) -> Contest:
+    """Calibrate the baseline `plain` on the recordings `names` and try what could be missing from it."""
+    what = "calibrating the baseline"
+    progress(0.0, what)
+    base = calibrate(engine, plain, np.zeros(plain.count), names, lambda share: progress(0.4 * share, what))
+    found = with_one_effect(engine, base, names, thresholds, lambda s, n: progress(0.4 + 0.3 * s, f"trying {n}"))
+    if _promising(engine, found, thresholds):
+        progress(0.7, "fitting the best again")
+        found = sharpened(engine, found, names, thresholds)
+    if _promising(engine, found, thresholds):
+        found = with_a_second(engine, found, names, thresholds, lambda s, n: progress(0.85 + 0.15 * s, f"trying {n}"))
+    return found
+
+
+def _promising(engine: Engine, found: Contest, thresholds: Thresholds) -> bool:
+    gain = gain_of(found.pool, best_of(found.pool, thresholds), thresholds)
+    return gain > WORTH_MORE * thresholds.named and not engine.patience.over
+
+
+def with_one_effect(
+    engine: Engine, base: Fit, names: tuple[str, ...], thresholds: Thresholds, progress: Progress
+) -> Contest:
+    """The baseline and each promising effect beside it.
+
+    A baseline that turns out to have been stuck is a wrong place to look from: effects are then sought once more from the better one.
+    """
+    stuck_by = WORTH_MORE * thresholds.named
+    for _ in range(2):
+        singles = extended(engine, base, base.temper, names, progress)
+        pool = simplified(engine, [judged(base, base.temper), *singles.models], thresholds, names)
+        better = null_of(pool).fit
+        if engine.patience.over or base.cost - better.cost < stuck_by:
+            break
+        base = better
+    return Contest(pool=pool, temper=base.temper, lost=singles.lost)
+
+
+def sharpened(engine: Engine, found: Contest, names: tuple[str, ...], thresholds: Thresholds) -> Contest:
+    """The leaders fitted again where the best one is: the mesh errs otherwise where an effect acts, for every model alike."""
+    best = best_of(found.pool, thresholds)
+    at = best.fit
+    engine.refine(at.unknowns.world(at.z), names)
+    looked = engine.soften(at.unknowns, at.z, names)
+    finalists = sorted(found.pool, key=lambda model: (bool(model.terms), rating(model, thresholds)))[:FINALISTS]
+    reach = max(NEAR * thresholds.named, FAR * gain_of(found.pool, best, thresholds))
+    pool = []
+    for model in finalists:
+        given = looked if model is best else None
+        close = rating(model, thresholds) < rating(best, thresholds) + reach  # the others only to be compared
+        most = AGAIN if close else 0
+        again = fit(engine, model.fit.unknowns, model.fit.z, names, temper=found.temper, most=most, given=given)
+        pool.append(judged(again, found.temper, model.variants))
+    pool = simplified(engine, pool, thresholds, names)
+    temper = temper_of(engine, best_of(pool, thresholds).fit.residuals, names)
+    return Contest(pool=[judged(model.fit, temper, model.variants) for model in pool], temper=temper, lost=found.lost)
+
+
+def with_a_second(
+    engine: Engine, found: Contest, names: tuple[str, ...], thresholds: Thresholds, progress: Progress
+) -> Contest:
+    """Effects beside the best one: a baseline that imitates an effect is a bad place to look for another from."""
+    best = best_of(found.pool, thresholds)
+    gain = gain_of(found.pool, best, thresholds)
+    pairs = extended(
+        engine,
+        best.fit,
+        found.temper,
+        names,
+        lambda share, name: progress(share, f"{name} beside {best.terms[0]}"),
+        most=PARTNERS,
+        least=WORTH_MORE * max(thresholds.second, thresholds.second_share * gain),
+        variants=best.variants,
+    )
+    pool = simplified(engine, [*found.pool, *pairs.models], thresholds, names)
+    return Contest(pool=pool, temper=found.temper, lost=(*found.lost, *pairs.lost))
+
+
+def simplified(engine: Engine, pool: list[Model], thresholds: Thresholds, names: tuple[str, ...]) -> list[Model]:
+    """The pool with models that the best contains fitted from where the best arrived, if that is better.
+
+    A search that stopped on the wrong side of a fold would else make the next coefficient look like physics.
+    """
+    best = best_of(pool, thresholds)
+    kept = []
+    for model in pool:
+        inside = set(model.terms) < set(best.terms)
+        kept.append(_from_there(engine, model, best, names) if inside and not engine.patience.over else model)
+    return kept
+
+
+def _from_there(engine: Engine, model: Model, other: Model, names: tuple[str, ...]) -> Model:
+    count = len(model.fit.unknowns.nominal)
+    start = np.concatenate([other.fit.z[:count], model.fit.z[count:]])
+    try:
+        found = fit(engine, model.fit.unknowns, start, names, temper=model.fit.temper, most=AGAIN)
+    except NotConverged:
+        return model
+    again = judged(found, model.fit.temper, model.variants)
+    return again if again.score < model.score else model

@@ -1,0 +1,113 @@
+"""From fitted models to a verdict: what a difference is worth, and which models it lets stand."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim1.mismatch.fit import Fit
+from sim1.mismatch.models import Model
+
+GROSS = 25.0  # squared residuals count no more than this: a marker that was mislabelled is not physics
+
+
+@dataclass(frozen=True, kw_only=True)
+class Thresholds:
+    """When a difference counts, in nats of evidence. Chosen on a handful of bundles; not yet calibrated on nulls."""
+
+    named: float = 45.0  # that an effect must gain over the baseline
+    second: float = 25.0  # that another must gain over the first
+    second_share: float = 0.03  # and in units of the first's gain: another formula or mesh leaves that much unexplained
+    margin: float = 8.0  # over the runner-up
+    margin_share: float = 0.002  # and in units of its own gain
+    per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
+    explained: float = 0.5  # of the baseline's excess over noise and mesh that a named model must explain
+    misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
+
+
+THRESHOLDS = Thresholds()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Decision:
+    """A verdict on models that were fitted to the same recordings."""
+
+    verdict: str  # none, named, ambiguous, unknown
+    null: Model
+    chosen: Model
+    rivals: tuple[Model, ...]  # that explain it about as well
+    misfit: dict[str, float]  # mean squared residual of baseline and chosen
+
+
+def rating(model: Model, thresholds: Thresholds = THRESHOLDS) -> float:
+    """Score with the price of its coefficients; smaller is better."""
+    return model.score + thresholds.per_term * len(model.terms)
+
+
+def best_of(pool: list[Model], thresholds: Thresholds) -> Model:
+    """The model with the best rating."""
+    return min(pool, key=lambda model: rating(model, thresholds))
+
+
+def null_of(pool: list[Model]) -> Model:
+    """The baseline among the models."""
+    return next(model for model in pool if not model.terms)
+
+
+def gain_of(pool: list[Model], model: Model, thresholds: Thresholds) -> float:
+    """What a model gains over the baseline, nats."""
+    return rating(null_of(pool), thresholds) - rating(model, thresholds)
+
+
+def mean_square(fit: Fit) -> float:
+    """Mean squared residual, gross errors capped, in units of its variance."""
+    values = np.concatenate([fit.residuals[name] for name in fit.names])
+    return float(np.mean(np.minimum(values**2, GROSS)))
+
+
+def decide(pool: list[Model], thresholds: Thresholds) -> Decision:
+    """What a pool of models, the baseline among them, says."""
+    null, best = null_of(pool), best_of(pool, thresholds)
+    before = mean_square(null.fit)
+    if gain_of(pool, best, thresholds) < thresholds.named:
+        verdict = "none" if before < thresholds.misfit else "unknown"
+        return Decision(
+            verdict=verdict, null=null, chosen=null, rivals=(), misfit={"baseline": before, "chosen": before}
+        )
+    best = _simplest(pool, best, thresholds)
+    gain, after = gain_of(pool, best, thresholds), mean_square(best.fit)
+    close = max(thresholds.margin, thresholds.margin_share * gain)
+    rivals = tuple(
+        model
+        for model in pool
+        if model.terms
+        and model is not best
+        and not set(best.terms) <= set(model.terms)
+        and not _contained(best.terms, model.terms)
+        and len(model.terms) <= len(best.terms)
+        and gain - gain_of(pool, model, thresholds) < close
+    )
+    explained = (before - after) / max(before - 1.0, 1e-9)
+    if after > thresholds.misfit and explained < thresholds.explained:
+        verdict = "unknown"
+    else:
+        verdict = "ambiguous" if rivals else "named"
+    return Decision(
+        verdict=verdict, null=null, chosen=best, rivals=rivals, misfit={"baseline": before, "chosen": after}
+    )
+
+
+def _simplest(pool: list[Model], best: Model, thresholds: Thresholds) -> Model:
+    """Within reach of the best: with fewer effects, or of a family that the best one's contains."""
+    top = gain_of(pool, best, thresholds)
+    for model in sorted(pool, key=lambda model: rating(model, thresholds)):
+        gain = gain_of(pool, model, thresholds)
+        simpler = len(model.terms) < len(best.terms) or _contained(model.terms, best.terms)
+        if model.terms and simpler and top - gain < max(thresholds.second, thresholds.second_share * gain):
+            best, top = model, gain
+    return best
+
+
+def _contained(small: tuple[str, ...], large: tuple[str, ...]) -> bool:
+    """Whether one model is the other with less: wind brings drag with it."""
+    inside = {"air_drag"} if "wind" in large else set()
+    return small != large and set(small) <= set(large) | inside

@@ -1,0 +1,28 @@
+"""The recording that no fit and no choice sees, and how far a model is off on it."""
+
+import numpy as np
+
+from sim1.recording.bundle import Bundle
+
+
+def held_out(bundle: Bundle) -> str:
+    """The one whose motion, by the drives alone, is most like another's: what is asked is foretelling, not a new experiment."""
+    features = {}
+    for recording in bundle.recordings:
+        rows = []
+        for hold in recording.holds:
+            track = recording.drives[hold.drive]
+            time = np.linspace(track.time_s[0], track.time_s[-1], 200)
+            place = np.stack([np.interp(time, track.time_s, track.position_m[:, k]) for k in range(3)], axis=1)
+            speed = np.gradient(place, time, axis=0)
+            rows.append(np.concatenate([np.std(place, axis=0), 0.2 * np.std(speed, axis=0), [0.2 * place[:, 2].min()]]))
+        features[recording.name] = np.mean(rows, axis=0)
+    names = list(features)
+    nearest = {a: min(float(np.linalg.norm(features[a] - features[b])) for b in names if b != a) for a in names}
+    return min(reversed(names), key=lambda name: nearest[name])
+
+
+def rmse_of(bundle: Bundle, markers: dict[str, np.ndarray], names: tuple[str, ...]) -> float:
+    """Root mean square difference per coordinate, m."""
+    parts = [(markers[r.name] - r.markers_m)[r.seen].ravel() for r in bundle.recordings if r.name in names]
+    return float(np.sqrt(np.square(np.concatenate(parts)).mean()))

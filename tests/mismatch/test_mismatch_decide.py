@@ -1,0 +1,78 @@
+"""A verdict says no more than the evidence: thresholds, simplest model within reach, rivals, excess that nothing explains."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_bundle import empty_bundle
+
+from sim1.mismatch.decide import THRESHOLDS, decide
+from sim1.mismatch.fit import Fit, loss
+from sim1.mismatch.models import Model
+from sim1.mismatch.search import baseline
+
+FIRST, PER_TERM = 1000.0, THRESHOLDS.per_term
+
+
+@pytest.fixture(scope="module")
+def unknowns():
+    return replace(baseline(empty_bundle(motions=2)), nominal=())
+
+
+def pool_of(unknowns, gains, misfits=None):
+    """Models by terms, with the nats that each gains over the baseline, and mean squares of their residuals."""
+    misfits, pool = misfits or {}, []
+    for terms, gain in {(): 0.0, **gains}.items():
+        residual = np.full(10, np.sqrt(misfits.get(terms, 1.0)))
+        wanted = FIRST - gain - PER_TERM * len(terms)
+        made = Fit(
+            unknowns=unknowns,
+            z=np.zeros(0),
+            names=("only",),
+            residuals={"only": residual},
+            slopes={"only": np.zeros((10, 0))},
+            temper={"only": float(loss(residual).sum()) / wanted},
+            converged=True,
+        )
+        pool.append(Model(terms=terms, fit=made, variants=1))
+    return pool
+
+
+def verdict(unknowns, gains, misfits=None):
+    found = decide(pool_of(unknowns, gains, misfits), THRESHOLDS)
+    return found.verdict, found.chosen.terms
+
+
+def test_a_gain_below_the_threshold_is_nothing(unknowns):
+    assert verdict(unknowns, {("air_drag",): THRESHOLDS.named - 1}) == ("none", ())
+    assert verdict(unknowns, {("air_drag",): THRESHOLDS.named + 1}) == ("named", ("air_drag",))
+
+
+def test_an_excess_over_noise_that_nothing_explains_is_unknown(unknowns):
+    assert verdict(unknowns, {("air_drag",): 10.0}, {(): 2.0}) == ("unknown", ())
+
+
+def test_a_model_that_leaves_most_of_the_excess_is_unknown(unknowns):
+    misfits = {(): 9.0, ("air_drag",): 6.0}
+    assert verdict(unknowns, {("air_drag",): 500.0}, misfits) == ("unknown", ("air_drag",))
+    misfits[("air_drag",)] = 3.0
+    assert verdict(unknowns, {("air_drag",): 500.0}, misfits) == ("named", ("air_drag",))
+
+
+def test_two_that_explain_it_alike_are_ambiguous_and_neither_is_hidden(unknowns):
+    pool = pool_of(unknowns, {("clock_offset",): 300.0, ("actuator_lag",): 300.0 - 0.5 * THRESHOLDS.margin})
+    found = decide(pool, THRESHOLDS)
+    assert found.verdict == "ambiguous"
+    assert [model.terms for model in found.rivals] == [("actuator_lag",)]
+
+
+def test_a_second_effect_must_earn_its_place(unknowns):
+    pair = ("air_drag", "shrinkage")
+    little, much = ({("air_drag",): 400.0, pair: 400.0 + gain} for gain in (20.0, 60.0))
+    assert verdict(unknowns, little) == ("named", ("air_drag",))
+    assert verdict(unknowns, much) == ("named", pair)
+
+
+def test_wind_must_earn_what_it_adds_to_the_drag_that_it_contains(unknowns):
+    assert verdict(unknowns, {("wind",): 310.0, ("air_drag",): 300.0}) == ("named", ("air_drag",))
+    assert verdict(unknowns, {("wind",): 400.0, ("air_drag",): 300.0}) == ("named", ("wind",))
