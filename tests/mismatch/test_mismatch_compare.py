@@ -44,7 +44,7 @@ def test_whitened_numbers_are_independent_with_variance_one(observed):
 
 def test_a_shift_of_the_whole_sheet_counts_less_than_the_same_shifts_at_random(observed):
     stream = np.random.default_rng(1)
-    shift = np.full(len(observed.measured_m), 1e-3)
+    shift = 3 * observed.mesh_m
     together, apart = (
         np.square(observed.white(one)).sum() for one in (shift, shift * stream.choice([-1, 1], size=len(shift)))
     )
