@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from sim1.cloth.effects import EFFECTS
-from sim1.cloth.precise.material import marker_points
 from sim1.cloth.precise.pull import Goals, Pull
 from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import NotConverged, simulate
@@ -26,8 +25,7 @@ def at_truth(folder: Path) -> str:
     """
     bundle = read_bundle(folder / "bundle")
     world = _true_world(bundle, json.loads((folder / "answers.json").read_text()))
-    points = marker_points(bundle)
-    observed = [observe(recording, points) for recording in bundle.recordings]
+    observed = [observe(recording) for recording in bundle.recordings]
     noise = block_noise_m(observed, list(bundle.recordings)) or float("nan")
     lines = [
         f"{folder.name}, noise {1e3 * noise:.2f} mm",

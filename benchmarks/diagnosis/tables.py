@@ -8,8 +8,8 @@ from benchmarks.diagnosis.trial import Number, Trial
 def tables(trials: list[Trial]) -> str:
     """A line for every case, and what they come to together."""
     lines = [
-        "| concealed | vertices | places | verdict | found | nats | runner-up | held out [mm] | misfit | s | simulating |",
-        "| --- " * 11 + "|",
+        "| concealed | vertices | places | verdict | found | nats | runner-up | held out [mm] | misfit | place AUC | s | simulating |",
+        "| --- " * 12 + "|",
         *(_line(trial) for trial in sorted(trials, key=lambda trial: (trial.concealed, trial.case))),
         "",
         *_together(trials),
@@ -29,9 +29,10 @@ def _line(trial: Trial) -> str:
         for name, n in parameters.items()
     )
     verdict = trial.verdict if trial.right else f"**{trial.verdict}**"
+    place = "-" if trial.place_auc is None else f"{trial.place_auc:.2f}"
     return (
         f"| {trial.case} | {trial.vertices} | {'given' if trial.places_given else 'unknown'} | {verdict} | {found or '-'} {numbers} | {best:.0f} | "
-        f"{runner} | {before:.2f} -> {after:.2f} | {trial.misfit[0]:.2f} -> {trial.misfit[1]:.2f} | {trial.seconds:.0f} | "
+        f"{runner} | {before:.2f} -> {after:.2f} | {trial.misfit[0]:.2f} -> {trial.misfit[1]:.2f} | {place} | {trial.seconds:.0f} | "
         f"{100 * trial.simulating_s / trial.seconds:.0f} % |"
     )
 
@@ -39,6 +40,7 @@ def _line(trial: Trial) -> str:
 def _together(trials: list[Trial]) -> list[str]:
     nulls, missing = [t for t in trials if not t.concealed], [t for t in trials if t.concealed]
     effects = [n for t in missing for p in t.effects.values() for n in p.values() if n.true is not None]
+    places = [t.place_auc for t in missing if t.place_auc is not None]
     fabric = [n for t in trials for n in t.baseline.values()]
     off = [abs(n.value / n.true - 1.0) for n in effects if n.true]
     said = [
@@ -46,6 +48,7 @@ def _together(trials: list[Trial]) -> list[str]:
         f"* {sum(t.right for t in missing)} of {len(missing)} cases with something missing were named right and alone.",
         f"* Coefficients of effects: {_share(effects)}; median error {100 * np.median(off):.0f} %." if off else "",
         f"* Parameters of the fabric: {_share(fabric)}.",
+        f"* Place of local effects: median AUC {np.median(places):.2f}, least {min(places):.2f}." if places else "",
         f"* Median time {np.median([t.seconds for t in trials]):.0f} s, longest {max(t.seconds for t in trials):.0f} s.",
     ]
     return [line for line in said if line]

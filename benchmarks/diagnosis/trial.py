@@ -2,15 +2,23 @@
 
 import json
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pydantic
+from scipy.interpolate import interp1d
+from sklearn.metrics import roc_auc_score
 
+from sim1.mismatch.assimilate import Forces
 from sim1.mismatch.decide import THRESHOLDS, rating
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.findings import verdict_of
 from sim1.mismatch.model_file import deviations, interval
 from sim1.recording.bundle import read_bundle
+
+ACTS = 0.1  # of the largest force per area: from there on something acts
+LOCAL = 0.002, 0.5  # shares of markers and frames between which an effect is called local
 
 
 class Number(pydantic.BaseModel):
@@ -36,6 +44,9 @@ class Trial(pydantic.BaseModel):
     baseline: dict[str, Number]
     heldout_mm: tuple[float, float]  # baseline, augmented
     misfit: tuple[float, float]
+    place_auc: (
+        float | None
+    )  # of the located force against where and when force was concealed; None: nowhere or everywhere
     seconds: float
     simulating_s: float
 
@@ -76,9 +87,28 @@ def run_trial(folder: Path) -> Trial:
         baseline=_baseline(found, answers["baseline"]),
         heldout_mm=(1e3 * errors.baseline.heldout, 1e3 * errors.augmented.heldout),
         misfit=(found.misfit["baseline"], found.misfit["chosen"]),
+        place_auc=place_auc(found.located.forces, np.load(folder / "answers.npz")),
         seconds=seconds,
         simulating_s=found.simulating_s,
     )
+
+
+def place_auc(forces: tuple[Forces, ...], answers: Mapping[str, np.ndarray]) -> float | None:
+    """Area under the ROC curve: size of the located force at markers and frames, against `ACTS` of the largest concealed one."""
+    sizes, concealed = [], []
+    for force in forces:
+        size = np.linalg.norm(force.force_n, axis=-1)
+        sizes.append(
+            interp1d(force.time_s, size, axis=0, bounds_error=False, fill_value=(size[0], size[-1]))(
+                answers[f"{force.name}/stamps_s"]
+            )
+        )
+        concealed.append(answers[f"{force.name}/missing_n_m2"])
+    most = max((float(part.max()) for part in concealed), default=0.0)
+    acts = np.concatenate([part.ravel() > ACTS * most for part in concealed])
+    if most == 0.0 or not LOCAL[0] < acts.mean() < LOCAL[1]:
+        return None
+    return float(roc_auc_score(acts, np.concatenate([part.ravel() for part in sizes])))
 
 
 def _gains(found: Diagnosis) -> dict[str, float]:

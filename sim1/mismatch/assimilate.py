@@ -1,8 +1,9 @@
-"""Where and when physics is missing: the force that it takes to keep the calibrated simulation on the measured markers.
+"""Where and when physics is missing: the force that it takes to keep a simulation without it on its way.
 
-Soft springs and dampers pull every simulated marker towards its measured place; what they have to pull is the force that the
-model lacks, in newtons, without a double derivative of noisy data. It counts only above what the same springs pull when the
-simulator is right and the markers carry the same noise.
+Springs and dampers pull every simulated marker towards a goal; what they have to pull is the force that the model lacks, in newtons,
+without a double derivative of noisy data. While nothing is named, goals are the measured markers and springs are soft; the force counts
+only above what the same springs pull when the simulator is right and the markers carry the same noise. Once physics is named, goals are
+the markers of the model that has it, which carry no noise: springs can be stiff, and tell where and when it acts.
 """
 
 from dataclasses import dataclass, replace
@@ -10,10 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sim1.cloth.precise.pull import Goals
-from sim1.cloth.precise.world import World
 from sim1.mismatch.engine import Engine
+from sim1.mismatch.fit import Fit
 from sim1.recording.bundle import Recording
 
+STIFF_HZ = 6.0  # of springs towards goals without noise
 WINDOW_S = 0.2
 WINDOWS_SHOWN = 3
 REGION_SHARE = 0.5  # the fewest markers that carry this share of the missing force form the region
@@ -64,24 +66,32 @@ class Located:
         return sorted((w for w in self.windows if w.share > 0), key=lambda w: -w.share)[:WINDOWS_SHOWN]
 
 
-def locate_forces(engine: Engine, world: World, names: tuple[str, ...]) -> Located:
-    """Assimilate recordings into `world`; what noise alone would pull is the floor."""
+def locate_forces(engine: Engine, found: Fit, names: tuple[str, ...]) -> Located:
+    """What a model without the effects of `found` would have to be pushed with to do as the recordings do."""
+    model, plain = found.unknowns.world(found.z), found.unknowns.with_terms().world(found.nominal_z)
+    tasks = [replace(engine.task(name, plain), paths=True) for name in names]
+    if model != plain:
+        goals = engine.workers([engine.task(name, model) for name in names])
+        tasks = [
+            replace(task, follow_hz=STIFF_HZ, goals_m=goal.markers_m[0])
+            for task, goal in zip(tasks, goals, strict=True)
+        ]
     recordings = {recording.name: recording for recording in engine.bundle.recordings}
-    tasks = [replace(engine.task(name, world), paths=True) for name in names]
-    kg = world.area_density_kg_m2 * engine.area_m2 / len(engine.bundle.anchors.marker)
-    found = []
+    kg = plain.area_density_kg_m2 * engine.area_m2 / len(engine.bundle.anchors.marker)
+    forces = []
     for number, (name, run) in enumerate(zip(names, engine.workers(tasks), strict=True)):
-        time = engine.stages[name].scene.time_s
-        found.append(
+        time, recording = engine.stages[name].scene.time_s, recordings[name]
+        noisy = _floor_n(recording, _raw_noise(engine, recording), kg, engine.follow_hz, number)
+        forces.append(
             Forces(
                 name=name,
                 time_s=time,
                 force_n=run.pull_n,
-                floor_n=_floor_n(recordings[name], _raw_noise(engine, recordings[name]), kg, engine.follow_hz, number),
+                floor_n=noisy if model == plain else 0.0,
                 velocity_m_s=np.gradient(run.path_m, time, axis=0),
             )
         )
-    return _summary(tuple(found))
+    return _summary(tuple(forces))
 
 
 def _raw_noise(engine: Engine, recording: Recording) -> float:
@@ -135,8 +145,9 @@ def _signature(forces: tuple[Forces, ...]) -> str:
     slow = float(np.sqrt((force[speed <= np.quantile(speed, 0.3)] ** 2).mean()))
     fast = float(np.sqrt((force[speed >= np.quantile(speed, 0.7)] ** 2).mean()))
     steady = np.linalg.norm(force.mean(0)) / max(size * np.sqrt(3), 1e-30)
+    told = f"(noise alone {1e3 * floor:.2f} mN)" if floor else "to move as the model with it does"
     return (
-        f"The markers need {1e3 * size:.2f} mN each (noise alone {1e3 * floor:.2f} mN); {100 * share:.0f} % of it lies along the motion "
+        f"The markers need {1e3 * size:.2f} mN each {told}; {100 * share:.0f} % of it lies along the motion "
         f"(33 % if direction played no part) and brakes {100 * brakes:.0f} % of the time; it is {fast / max(slow, 1e-12):.1f} times as large "
         f"where markers are fast as where they are slow, and {100 * steady:.0f} % of it is one constant push."
     )

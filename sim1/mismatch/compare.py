@@ -1,15 +1,15 @@
 """Recordings beside simulations: blocks of frames, their noise, and residuals in units of it.
 
-What a simulator gets wrong is no noise: it lasts, and neighbours share it. Measured less simulated is taken to be white noise and a
-discrepancy (Kennedy and O'Hagan 2001) that forgets itself over `LASTING_S` and over `SHARED` of the sheet's size, else a hundred samples of
-one lasting error, seen by twenty markers, would count as two thousand witnesses.
+What a simulator gets wrong is no noise: it lasts. Measured less simulated is taken to be white noise and a discrepancy that forgets
+itself over `LASTING_S` (Kennedy and O'Hagan 2001, with the covariance of an Ornstein-Uhlenbeck process along each marker's coordinate),
+else a hundred samples of one lasting error would count as a hundred witnesses.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial.distance import cdist
+from scipy.linalg import solve_triangular
 
 from sim1.recording.bundle import Recording
 from sim1.recording.motion import rest_until_s
@@ -21,26 +21,12 @@ MESH_SHARE = 0.6  # of what refining the mesh changed: taken as the standard dev
 MESH_WINDOW_S = 0.3  # over which that is averaged
 MESH_FLOOR_M = 5e-5
 LASTING_S = 1.0  # how long the discrepancy remembers: a bend that hangs wrong does so for as long as it hangs
-SHARED = 0.5  # of the markers' spread: over which it is alike
-
-
-@dataclass(frozen=True)
-class _Block:
-    """What whitening a block of n numbers per axis takes: see `Observed.white`."""
-
-    rows: np.ndarray  # (3, n) which numbers
-    markers: np.ndarray  # (n,) whose
-    kept: float  # share of the discrepancy that has lasted since the block before
-    deviation_m: np.ndarray  # (3, n, 1) of the discrepancy
-    whiten: np.ndarray  # (3, n, n) inverse Cholesky factor of the innovation's covariance
-    gain: np.ndarray  # (3, M, n) from innovation to discrepancy
 
 
 @dataclass(frozen=True, kw_only=True)
 class Observed:
     """One recording in blocks: K numbers, each the mean of a marker's coordinate over the frames of a block in which it was seen."""
 
-    place_m: np.ndarray  # (M, 2) of the markers, material coordinates
     measured_m: np.ndarray  # (K,)
     kept: np.ndarray  # (B, M, 3) which blocks hold a number
     starts: np.ndarray  # (B,) first frame of each block
@@ -55,42 +41,31 @@ class Observed:
         return total[..., self.kept]
 
     @cached_property
-    def _blocks(self) -> list[_Block]:
+    def _factors(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Per marker and coordinate: which numbers, and the Cholesky factor of their covariance."""
         number = np.cumsum(self.kept.ravel()).reshape(self.kept.shape) - 1
-        spread_m = max(float(np.linalg.norm(np.ptp(self.place_m, axis=0))), 1e-9)
-        alike = np.exp(-cdist(self.place_m, self.place_m) / (SHARED * spread_m))
-        covariance, before, found = np.broadcast_to(alike, (3, *alike.shape)), self.block_s[0], []
-        for b, now in enumerate(self.block_s):
-            lasting = float(np.exp((before - now) / LASTING_S))
-            covariance, before = lasting**2 * covariance + (1 - lasting**2) * alike, now
-            markers = np.flatnonzero(self.kept[b, :, 0])
-            rows = number[b, markers].T
-            deviation = self.mesh_m[rows][..., None]
-            shared = covariance[:, :, markers] * np.swapaxes(deviation, 1, 2)  # of discrepancies with numbers
-            inner = deviation * shared[:, markers] + self.noise_m**2 * np.eye(len(markers))
-            whiten = np.linalg.inv(np.linalg.cholesky(inner))
-            gain = shared @ np.swapaxes(whiten, 1, 2) @ whiten
-            covariance = covariance - gain @ np.swapaxes(shared, 1, 2)
-            found.append(_Block(rows, markers, lasting, deviation, whiten, gain))
+        found = []
+        for m in range(self.kept.shape[1]):
+            for axis in range(3):
+                blocks = np.flatnonzero(self.kept[:, m, axis])
+                if len(blocks):
+                    rows, time = number[blocks, m, axis], self.block_s[blocks]
+                    lasting = np.exp(-np.abs(time[:, None] - time) / LASTING_S)
+                    covariance = self.mesh_m[rows, None] * lasting * self.mesh_m[rows]
+                    covariance[np.diag_indices(len(rows))] += self.noise_m**2
+                    found.append((rows, np.linalg.cholesky(covariance)))
         return found
 
     def white(self, values_m: np.ndarray) -> np.ndarray:
-        """Numbers (K, ...) in units of their standard deviation, what lasts and is shared taken out: independent if nothing is missing.
-
-        Innovations of a Kalman filter whose state is the discrepancy at every marker.
-        """
-        values = values_m.reshape(len(values_m), -1)
-        out, discrepancy = np.empty_like(values), np.zeros((3, self.kept.shape[1], values.shape[1]))
-        for block in self._blocks:
-            discrepancy *= block.kept
-            innovation = values[block.rows] - block.deviation_m * discrepancy[:, block.markers]
-            out[block.rows] = block.whiten @ innovation
-            discrepancy += block.gain @ innovation
-        return out.reshape(values_m.shape)
+        """Numbers (K, ...) in units of their standard deviation, what lasts taken out: independent if nothing is missing."""
+        out = np.empty_like(values_m)
+        for rows, factor in self._factors:
+            out[rows] = solve_triangular(factor, values_m[rows], lower=True, check_finite=False)
+        return out
 
 
-def observe(recording: Recording, place_m: np.ndarray) -> Observed:
-    """Cut a recording into blocks; `place_m` (M, 2) is where its markers sit on the sheet."""
+def observe(recording: Recording) -> Observed:
+    """Cut a recording into blocks; the noise is filled in by `measured_noise`."""
     rate = 1.0 / float(np.median(np.diff(recording.time_s)))
     stride = max(1, round(rate * BLOCK_S))
     starts = np.arange(0, len(recording.time_s), stride)
@@ -101,7 +76,6 @@ def observe(recording: Recording, place_m: np.ndarray) -> Observed:
     kept = np.repeat((count > 0.5 * stride)[..., None], 3, axis=2)
     total = np.add.reduceat(np.where(seen[..., None], recording.markers_m, 0.0) * weight[..., None], starts, axis=0)
     return Observed(
-        place_m=place_m,
         measured_m=total[kept],
         kept=kept,
         starts=starts,

@@ -124,8 +124,7 @@ def simplified(engine: Engine, pool: list[Model], thresholds: Thresholds, names:
 
 
 def _from_there(engine: Engine, model: Model, other: Model, names: tuple[str, ...]) -> Model:
-    count = len(model.fit.unknowns.nominal)
-    start = np.concatenate([other.fit.z[:count], model.fit.z[count:]])
+    start = np.concatenate([other.fit.nominal_z, model.fit.z[len(model.fit.nominal_z) :]])
     try:
         found = fit(engine, model.fit.unknowns, start, names, temper=model.fit.temper, most=AGAIN)
     except NotConverged:

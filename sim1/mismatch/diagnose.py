@@ -37,7 +37,7 @@ class Diagnosis:
     misfit: dict[str, float]  # mean squared residual of baseline and chosen on what was fitted
     rmse_m: dict[str, dict[str, float]]
     heldout_markers_m: dict[str, dict[str, np.ndarray]]  # baseline, augmented: recording -> (N, M, 3)
-    located: Located  # against the baseline
+    located: Located  # what the chosen model has and the baseline has not; what is missing, if nothing was chosen
     simulating_s: float  # of the time that it took
 
 
@@ -77,7 +77,6 @@ def _diagnose(
         foretold["baseline"] if decision.chosen is decision.null else _foretold(engine, decision.chosen)
     )
     progress(0.93, "locating")
-    null = decision.null.fit
     return Diagnosis(
         fitted=fitted,
         heldout=heldout,
@@ -96,7 +95,7 @@ def _diagnose(
             for label, markers in foretold.items()
         },
         heldout_markers_m={label: {name: markers[name] for name in heldout} for label, markers in foretold.items()},
-        located=locate_forces(engine, null.unknowns.world(null.z), engine.names),
+        located=locate_forces(engine, decision.chosen.fit, engine.names),
         simulating_s=engine.simulating_s,
     )
 

@@ -6,7 +6,6 @@ from typing import Self
 
 import numpy as np
 
-from sim1.cloth.precise.material import marker_points
 from sim1.cloth.precise.scene import Scene, prepare
 from sim1.cloth.precise.world import World
 from sim1.mismatch.compare import Observed, block_noise_m, mesh_error, observe
@@ -48,8 +47,7 @@ class Engine:
     ):
         self.bundle, self.follow_hz, self.patience = bundle, follow_hz, patience or Patience()
         self.workers = Workers(bundle, processes)
-        points = marker_points(bundle)
-        observed = [observe(recording, points) for recording in bundle.recordings]
+        observed = [observe(recording) for recording in bundle.recordings]
         self.noise_m = noise = _noise_m(bundle, observed)
         self.finer = self.finest = mesh_for(bundle)  # how often the given mesh is refined
         self.stages = {

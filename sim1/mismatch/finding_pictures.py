@@ -26,7 +26,8 @@ def draw_forces(path: Path, bundle: Bundle, found: Diagnosis) -> None:
             course = 1e3 * np.sqrt((force.force_n**2).mean((1, 2)))
             right.plot(force.time_s, course, label=force.name, lw=1.2)
         floor = 1e3 * float(np.sqrt(np.mean([force.floor_n**2 for force in forces])))
-        right.axhline(floor, color="k", ls=":", label="noise alone")
+        if floor:
+            right.axhline(floor, color="k", ls=":", label="noise alone")
         right.legend(fontsize=8)
     left.set(xlabel="u [mm]", ylabel="v [mm]", aspect="equal", title="on the cloth")
     left.invert_yaxis()

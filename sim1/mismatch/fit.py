@@ -13,7 +13,7 @@ from sim1.mismatch.search import Unknowns
 FREEDOM = 5.0  # of the Student-t likelihood
 CONVERGED = 4e-4  # relative change of the cost that ends a search
 MOST_CORRELATED_S = 1.0
-LEAST_TEMPER = 1.5  # whatever a residual looks like: its noise and its discrepancy are guesses
+LEAST_TEMPER = 3.0  # markers beside each other share what the mesh gets wrong, however white each one's residual is
 
 Tempers = dict[str, float]  # by recording: samples per independent sample
 
@@ -39,6 +39,11 @@ class Fit:
     residuals: dict[str, np.ndarray]  # (K,)
     slopes: dict[str, np.ndarray]  # (K, P)
     converged: bool
+
+    @property
+    def nominal_z(self) -> np.ndarray:
+        """Z of the baseline's coefficients alone."""
+        return self.z[: len(self.unknowns.nominal)]
 
     @property
     def cost(self) -> float:

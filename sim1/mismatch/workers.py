@@ -18,7 +18,7 @@ from sim1.cloth.precise.pull import Goals, Pull
 from sim1.cloth.precise.scene import Scene, prepare
 from sim1.cloth.precise.simulate import NotConverged, simulate
 from sim1.cloth.precise.world import World
-from sim1.recording.bundle import Bundle
+from sim1.recording.bundle import Bundle, Recording
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +30,7 @@ class Task:
     finer: int  # how often every face of the given mesh is cut into four
     step_s: float
     follow_hz: float = 0.0  # of the pull towards the markers; 0: none
+    goals_m: np.ndarray | None = None  # (N, M, 3) markers to follow in place of the measured ones
     paths: bool = False  # whether to return what the markers do at the steps
 
 
@@ -68,11 +69,7 @@ def _work(task: Task) -> Done:
     if key not in _SCENES:
         _SCENES[key] = prepare(bundle, recording, task.step_s, finer=task.finer)
     scene = _SCENES[key]
-    pull = None
-    if task.follow_hz:
-        if task.recording not in _GOALS:
-            _GOALS[task.recording] = Goals.of(recording.time_s, recording.markers_m)
-        pull = Pull(hz=task.follow_hz, goals=_GOALS[task.recording])
+    pull = Pull(hz=task.follow_hz, goals=_goals(recording, task.goals_m)) if task.follow_hz else None
     worlds, where = _distinct(task.worlds, scene)
     motions = _MOTIONS.setdefault((*key, task.follow_hz), Motions())
     shapes = motions.guess(worlds[0])
@@ -88,6 +85,14 @@ def _work(task: Task) -> Done:
         return Done(markers_m=run.markers_m[where], rest_m=run.rest_m)
     path = (run.shapes_m[:, scene.net.marker_node] * scene.net.marker_weight[..., None]).sum(2)
     return Done(markers_m=run.markers_m[where], rest_m=run.rest_m, pull_n=run.pull_n, path_m=path)
+
+
+def _goals(recording: Recording, given_m: np.ndarray | None) -> Goals:
+    if given_m is not None:
+        return Goals.of(recording.time_s, given_m)
+    if recording.name not in _GOALS:
+        _GOALS[recording.name] = Goals.of(recording.time_s, recording.markers_m)
+    return _GOALS[recording.name]
 
 
 def _distinct(worlds: tuple[World, ...], scene: Scene) -> tuple[list[World], list[int]]:

@@ -1,9 +1,9 @@
-"""Recordings beside simulations: what lasts and is shared counts once, noise counts every time."""
+"""Recordings beside simulations: what lasts counts once, noise counts every time."""
 
 import numpy as np
 import pytest
 
-from sim1.mismatch.compare import LASTING_S, SHARED, Observed
+from sim1.mismatch.compare import LASTING_S, Observed
 
 BLOCKS, MARKERS, NOISE_M = 30, 6, 3e-4
 
@@ -16,7 +16,6 @@ def observed():
     kept[5] = False
     kept = np.repeat(kept[..., None], 3, axis=2)
     return Observed(
-        place_m=stream.random((MARKERS, 2)),
         measured_m=np.zeros(kept.sum()),
         kept=kept,
         starts=np.arange(BLOCKS),
@@ -30,10 +29,9 @@ def observed():
 def covariance_of(one):
     """Of all numbers (K, K), written down as the model says it."""
     block, marker, axis = np.argwhere(one.kept).T
-    size_m = np.linalg.norm(np.ptp(one.place_m, axis=0))
     away_s = np.abs(one.block_s[block][:, None] - one.block_s[block])
-    away_m = np.linalg.norm(one.place_m[marker][:, None] - one.place_m[marker], axis=-1)
-    alike = np.exp(-away_s / LASTING_S - away_m / (SHARED * size_m)) * (axis[:, None] == axis)
+    same = (marker[:, None] == marker) & (axis[:, None] == axis)
+    alike = np.exp(-away_s / LASTING_S) * same
     return one.mesh_m[:, None] * alike * one.mesh_m + NOISE_M**2 * np.eye(len(block))
 
 
@@ -42,13 +40,13 @@ def test_whitened_numbers_are_independent_with_variance_one(observed):
     assert white @ covariance_of(observed) @ white.T == pytest.approx(np.eye(len(white)), abs=1e-9)
 
 
-def test_a_shift_of_the_whole_sheet_counts_less_than_the_same_shifts_at_random(observed):
+def test_an_error_that_lasts_counts_less_than_the_same_errors_at_random(observed):
     stream = np.random.default_rng(1)
-    shift = 3 * observed.mesh_m
-    together, apart = (
-        np.square(observed.white(one)).sum() for one in (shift, shift * stream.choice([-1, 1], size=len(shift)))
+    lasting = 3 * observed.mesh_m
+    lasts, jumps = (
+        np.square(observed.white(one)).sum() for one in (lasting, lasting * stream.choice([-1, 1], size=len(lasting)))
     )
-    assert together < 0.2 * apart
+    assert lasts < 0.2 * jumps
 
 
 def test_slopes_are_whitened_as_residuals_are(observed):
