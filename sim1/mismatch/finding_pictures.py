@@ -7,7 +7,7 @@ import numpy as np
 
 from sim1.cloth.precise.material import marker_points
 from sim1.mismatch.diagnose import Diagnosis
-from sim1.recording.bundle import Bundle
+from sim1.recording.bundle import Bundle, Recording
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -43,10 +43,8 @@ def draw_heldout_error(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     for axis, name in zip(axes[0], names, strict=True):
         recording = next(r for r in bundle.recordings if r.name == name)
         for label, color in (("baseline", "tab:red"), ("augmented", "tab:blue")):
-            off = found.heldout_markers_m[label][name] - recording.markers_m
-            axis.plot(
-                recording.time_s, 1e3 * np.sqrt(np.nanmean(off**2, axis=(1, 2))), color=color, label=label, lw=1.2
-            )
+            error = _error_m(recording, found.heldout_markers_m[label][name])
+            axis.plot(recording.time_s, 1e3 * error, color=color, label=label, lw=1.2)
         axis.axhline(1e3 * found.noise_m, color="k", ls=":", label="noise (blocks of 40 ms)")
         axis.set(xlabel="time [s]", ylabel="error [mm rms]", title=name, ylim=(0, None))
         axis.legend(fontsize=8)
@@ -59,10 +57,9 @@ def draw_key_frames(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     name = found.heldout[0]
     recording = next(r for r in bundle.recordings if r.name == name)
     runs = {label: found.heldout_markers_m[label][name] for label in ("baseline", "augmented")}
-    error = np.sqrt(np.nanmean((runs["baseline"] - recording.markers_m) ** 2, axis=(1, 2)))
-    parts = np.array_split(np.arange(len(error)), 4)
-    frames = [int(part[np.nanargmax(error[part])]) for part in parts]
-    side = int(np.nanargmax(np.nanstd(recording.markers_m[..., :2], axis=0).mean(0)))
+    error = _error_m(recording, runs["baseline"])
+    frames = [int(part[np.argmax(error[part])]) for part in np.array_split(np.flatnonzero(np.isfinite(error)), 4)]
+    side = int(np.ma.masked_invalid(recording.markers_m[..., :2]).std(axis=0).mean(axis=0).argmax())
     figure, axes = plt.subplots(1, 4, figsize=(12, 3.6), sharex=True, sharey=True, layout="constrained")
     for axis, frame in zip(axes, frames, strict=True):
         seen = 1e3 * recording.markers_m[frame][:, [side, 2]]
@@ -77,3 +74,10 @@ def draw_key_frames(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     figure.suptitle(f"{name}: the moments at which the baseline is most wrong in each quarter")
     figure.savefig(path, dpi=110, format="png")
     plt.close(figure)
+
+
+def _error_m(recording: Recording, told_m: np.ndarray) -> np.ndarray:
+    """Root mean square per coordinate (N,) of the markers seen in each frame; NaN where none was."""
+    square = np.where(recording.seen[..., None], told_m - recording.markers_m, 0.0) ** 2
+    count = 3 * recording.seen.sum(1)
+    return np.sqrt(np.divide(square.sum((1, 2)), count, out=np.full(len(count), np.nan), where=count > 0))

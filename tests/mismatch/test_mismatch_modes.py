@@ -34,7 +34,7 @@ def vibrations(scene, world) -> tuple[np.ndarray, np.ndarray]:
     """Angular frequencies [rad/s] and shapes (V, modes) across a flat sheet that nothing holds."""
     points = scene.sheet.material_m
     x = np.column_stack([points[:, 0], 0.0 * points[:, 0], -points[:, 1]])
-    cloth = pack(scene.sheet, [world], 1.0)
+    cloth = pack(scene.sheet, [world])
     nothing, free = np.zeros((len(scene.net.first) - 1, 3)), np.zeros(len(scene.net.held), bool)
     matrices = []
     for mass_rate in (0.0, 1.0):
@@ -79,7 +79,7 @@ def test_refinement_takes_more_than_half_of_the_error(flat):
 def test_the_mass_of_the_sheet_is_its_area_times_its_density(flat):
     bundle, world = flat
     scene = prepare(bundle, bundle.recordings[0], 1 / 60)
-    cloth = pack(scene.sheet, [world], 1.0)
+    cloth = pack(scene.sheet, [world])
     nothing, free = np.zeros((len(scene.net.first) - 1, 3)), np.zeros(len(scene.net.held), bool)
     x = np.zeros((len(scene.sheet.material_m), 3))
     x[:, [0, 2]] = scene.sheet.material_m

@@ -65,7 +65,7 @@ def test_a_sheet_that_finds_no_rest_is_named(bundle, world, monkeypatch):
 def strayed(bundle, world):
     """Arguments of `keep_near` for a base and four twins: close by, astray, chaotic, not finite."""
     scene = prepare(bundle, bundle.recordings[0], 1 / 60)
-    cloth = pack(scene.sheet, [world, *(replace(world, bending_n_m=2 * world.bending_n_m) for _ in range(4))], 7.0)
+    cloth = pack(scene.sheet, [world, *(replace(world, bending_n_m=2 * world.bending_n_m) for _ in range(4))])
     leads = np.array([0.0, 0.1 * FARTHEST_M, 100 * FARTHEST_M, 100 * FARTHEST_M, np.nan])
     x = scene.start + leads[:, None, None] * np.ones(3)
     stencils, steps = len(scene.net.first) - 1, len(scene.time_s)

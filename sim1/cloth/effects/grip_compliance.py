@@ -10,7 +10,7 @@ from sim1.cloth.precise.world import World
 
 @dataclass(frozen=True, kw_only=True)
 class GripCompliance(Effect):
-    """Each grip holds its vertices by springs that add up to `stiffness`."""
+    """Each grip's jaw shifts as a whole, on a spring of `stiffness`, and all that it holds with it."""
 
     name: ClassVar[str] = "grip_compliance"
     signature: ClassVar[str] = "the held edge gives way under load and comes back"

@@ -26,13 +26,13 @@ from sim1.cloth.precise.arrays import (
     TABLE_Z,
     WIND_X,
 )
+from sim1.cloth.precise.jaws import GRIP_M_N, grip_count, grip_loads
 
 FLAGS = {"contract", "reassoc", "nsz", "arcp"}
 OWN_SHARE = 0.3  # of the membrane's energy by each face's own strain; the rest by means, which alone are too soft where strain concentrates
 CONTACT_N_M3 = 6e4  # pressure per depth: cloth of 0.3 kg/m^2 sinks 0.05 mm into the table
 CLING_M = 5e-4  # adhesion fades out over this gap
 STRIBECK_M_S = 0.01  # sliding faster than this, nothing is left of stiction
-GRIP_M_N = 5e-5  # compliance per vertex of a grip that "holds exactly": 5 um at 0.1 N
 DAHL_1_M = 5.0  # curvature over which the friction moment of bending turns round
 
 
@@ -240,9 +240,10 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
                         grow *= 1.0 + (s[STICTION] - 1.0) * np.exp(-square / STRIBECK_M_S**2)
                     out[i, 0] += s[FRICTION_X] * grow * vx
                     out[i, 1] += s[FRICTION_Y] * grow * vy
-    stiffness = 1.0 / (GRIP_M_N + s[COMPLIANCE])
+    load = np.empty((grip_count(net), 3))
+    grip_loads(x, net, target, held_on, s[COMPLIANCE], load)
     for h in range(len(net.held)):
         if held_on[h]:
             i = net.held[h]
             for k in range(3):
-                out[i, k] += stiffness * (x[i, k] - target[h, k])
+                out[i, k] += (x[i, k] - target[h, k] - s[COMPLIANCE] * load[net.grip[h], k]) / GRIP_M_N

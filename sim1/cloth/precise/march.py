@@ -112,7 +112,7 @@ def march(
                     x, hv, ha, rate, mass_rate, SLIDING_M_S, net, cloth, curvature, moment, crease, targets, held_on[n],
                     goals[:, n], goals_v[:, n], right,
                 )  # fmt: skip
-                solved(kind, band, full, pivot, right)
+                solved(kind, band, full, pivot, net, cloth, held_on[n], right)
                 x[1:] -= right
         x3[:] = x2[0]
         finish(

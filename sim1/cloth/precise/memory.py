@@ -4,7 +4,8 @@ import numpy as np
 from numba import njit
 
 from sim1.cloth.precise.arrays import COMPLIANCE, HYSTERESIS, RETAINED, SLIP_RATE, SLIP_THRESHOLD, YIELD
-from sim1.cloth.precise.forces import DAHL_1_M, FLAGS, GRIP_M_N, normal_of
+from sim1.cloth.precise.forces import DAHL_1_M, FLAGS, normal_of
+from sim1.cloth.precise.jaws import grip_loads
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
@@ -53,12 +54,8 @@ def slip(x, net, scalar, target, held_on, turn, offset, dt):
     """Let the cloth creep in its grips: `offset` (G, 3) in the frames of the drives."""
     if scalar[SLIP_RATE] == 0.0:
         return
-    stiffness = 1.0 / (GRIP_M_N + scalar[COMPLIANCE])
-    load = np.zeros(offset.shape)
-    for h in range(len(net.held)):
-        if held_on[h]:
-            for k in range(3):
-                load[net.grip[h], k] += stiffness * (x[net.held[h], k] - target[h, k])
+    load = np.empty(offset.shape)
+    grip_loads(x, net, target, held_on, scalar[COMPLIANCE], load)
     for g in range(len(offset)):
         size = np.sqrt(load[g, 0] ** 2 + load[g, 1] ** 2 + load[g, 2] ** 2)
         over = size - scalar[SLIP_THRESHOLD]

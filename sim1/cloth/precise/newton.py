@@ -3,9 +3,10 @@
 import numpy as np
 from numba import njit
 
-from sim1.cloth.precise.arrays import PULL_STIFFNESS
+from sim1.cloth.precise.arrays import COMPLIANCE, PULL_STIFFNESS
 from sim1.cloth.precise.forces import FLAGS, residual
-from sim1.cloth.precise.lapack import factor, solve
+from sim1.cloth.precise.jaws import coupling, solve_coupled
+from sim1.cloth.precise.lapack import factor
 from sim1.cloth.precise.pull_forces import pull, pull_slope
 from sim1.cloth.precise.stiffness import derivative
 
@@ -27,6 +28,7 @@ def newton(
     last, size, share, first = 1e30, 1e30, 1.0, 0.0
     old, fresh = True, True
     trial = searches = 0
+    rows, nowhere = coupling(net, held_on, cloth.scalar[0, COMPLIANCE], x.size), np.empty(0, np.int32)
     while True:
         x -= share * change
         v[:] = rate * x + hv
@@ -62,7 +64,7 @@ def newton(
                 return -np.inf
             old = False
         change[:] = out
-        solve(band, change.reshape(1, -1))
+        solve_coupled(0, band, band, nowhere, rows, change.reshape(1, -1))
         size = largest(change.ravel())
         if not size < 1e3:
             return -np.inf

@@ -65,7 +65,7 @@ def rest(x, net, cloth, paths, held_on, tolerance, goals, *, rounds=8, most=600)
                 x, -before / h, -before / (h * h), 1.0 / h, 1.0 / (h * h), RESTING_M / h, net, cloth,
                 nothings, nothings, nothings, paths, held_on, goals, still, right,
             )  # fmt: skip
-            solved(kind, band, full, pivot, right)
+            solved(kind, band, full, pivot, net, cloth, held_on, right)
             x[1:] -= right
             if number % 2:
                 before[1:] = x[1:]

@@ -49,8 +49,7 @@ def simulate(
     Raises:
         NotConverged: no rest, or no next state even with the step halved `halvings` times.
     """
-    size = np.bincount(scene.net.grip).mean() if len(scene.net.grip) else 1.0
-    cloth = pack(scene.sheet, worlds, size, scene.clamped, scene.rim)
+    cloth = pack(scene.sheet, worlds, scene.clamped, scene.rim)
     count, steps = len(worlds), len(scene.time_s)
     paths = np.ascontiguousarray(np.stack([scene.paths(world) for world in worlds]))
     turns = np.stack([grip.turn for grip in scene.grips], axis=1) if scene.grips else np.zeros((steps, 0, 3, 3))

@@ -11,7 +11,6 @@ from sim1.cloth.precise.arrays import (
     ADDED_MASS,
     AIR_NORMAL,
     AIR_SKIN,
-    COMPLIANCE,
     DAMPING,
     FRICTION_X,
     FRICTION_Y,
@@ -26,13 +25,13 @@ from sim1.cloth.precise.forces import (
     CONTACT_N_M3,
     DAHL_1_M,
     FLAGS,
-    GRIP_M_N,
     OWN_SHARE,
     STRIBECK_M_S,
     normal_of,
     stress_of,
     workspace_of,
 )
+from sim1.cloth.precise.jaws import GRIP_M_N
 
 MOST_RING = 24  # vertices around a vertex, itself included
 
@@ -107,6 +106,8 @@ def _add_friction(x, net, cloth, curvature, moment, c, block, band):
 @njit(cache=True, nogil=True, fastmath=FLAGS)
 def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, held_on, tension_only, band):
     """Derivative of `residual` of the base over x, where velocity = rate x + ..., acceleration = mass_rate x + ...; into `band`.
+
+    What yielding jaws couple is left out: see `jaws.coupling`.
 
     With `tension_only` compressed faces keep no geometric part, which makes the matrix positive definite.
     """
@@ -293,8 +294,7 @@ def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, he
                     grow *= 1.0 + (s[STICTION] - 1.0) * np.exp(-square / STRIBECK_M_S**2)
                 band[3 * i, 0] += s[FRICTION_X] * grow
                 band[3 * i + 1, 0] += s[FRICTION_Y] * grow
-    stiffness = 1.0 / (GRIP_M_N + s[COMPLIANCE])
     for h in range(len(net.held)):
         if held_on[h]:
             for k in range(3):
-                band[3 * net.held[h] + k, 0] += stiffness
+                band[3 * net.held[h] + k, 0] += 1.0 / GRIP_M_N

@@ -7,9 +7,10 @@ Jacobian over dozens of parameters costs a few simulations instead of dozens: ta
 import numpy as np
 from numba import njit
 
-from sim1.cloth.precise.arrays import PULL_STIFFNESS, SLIP_THRESHOLD, YIELD
+from sim1.cloth.precise.arrays import COMPLIANCE, PULL_STIFFNESS, SLIP_THRESHOLD, YIELD
 from sim1.cloth.precise.forces import residual
-from sim1.cloth.precise.lapack import factor, factor_any, solve, solve_any
+from sim1.cloth.precise.jaws import coupling, solve_coupled
+from sim1.cloth.precise.lapack import factor, factor_any
 from sim1.cloth.precise.newton import largest
 from sim1.cloth.precise.pull_forces import pull, pull_slope
 from sim1.cloth.precise.stiffness import derivative
@@ -49,12 +50,10 @@ def answers(
             own -= left
 
 
-def solved(kind, band, full, pivot, right):
+def solved(kind, band, full, pivot, net, cloth, held_on, right):
     """Solve in place for `right` (k, V, 3) with what `matrix` has left; `kind` is what it said."""
-    if kind == 0:
-        solve(band, right.reshape(len(right), -1))
-    else:
-        solve_any(full, pivot, right.reshape(len(right), -1))
+    rows = coupling(net, held_on, cloth.scalar[0, COMPLIANCE], right[0].size)
+    solve_coupled(kind, band, full, pivot, rows, right.reshape(len(right), -1))
 
 
 @njit(cache=True, nogil=True)

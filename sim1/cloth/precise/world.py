@@ -73,20 +73,15 @@ def gravity(world: World) -> np.ndarray:
 def pack(
     sheet: Sheet,
     worlds: list[World],
-    grip_size: float,
     clamped: np.ndarray | None = None,
     rim: np.ndarray | None = None,
 ) -> arrays.Cloth:
-    """Arrays of P worlds on one mesh; `grip_size` is how many vertices a grip holds on average, `clamped` (C,) which stencils
-    lie on the rim of a clamp, `rim` (F,) which faces.
-    """
-    rows = [_row(sheet, world, grip_size, clamped, rim) for world in worlds]
+    """Arrays of P worlds on one mesh; `clamped` (C,) says which stencils lie on the rim of a clamp, `rim` (F,) which faces."""
+    rows = [_row(sheet, world, clamped, rim) for world in worlds]
     return arrays.Cloth(*(np.ascontiguousarray(np.stack(column)) for column in zip(*rows, strict=True)))
 
 
-def _row(
-    sheet: Sheet, world: World, grip_size: float, clamped: np.ndarray | None, rim: np.ndarray | None
-) -> tuple[np.ndarray, ...]:
+def _row(sheet: Sheet, world: World, clamped: np.ndarray | None, rim: np.ndarray | None) -> tuple[np.ndarray, ...]:
     scale_u, scale_v = world.scale[0] * world.length_u, world.scale[1] * world.length_v
     grown = scale_u * scale_v
     stencils = sheet.stencils
@@ -125,7 +120,7 @@ def _row(
     s[arrays.ADHESION] = world.adhesion_pa
     s[arrays.HYSTERESIS] = world.hysteresis_n
     s[arrays.YIELD], s[arrays.RETAINED] = world.yield_1_m, world.retained
-    s[arrays.COMPLIANCE] = world.compliance_m_n * grip_size
+    s[arrays.COMPLIANCE] = world.compliance_m_n
     s[arrays.SLIP_THRESHOLD], s[arrays.SLIP_RATE] = world.slip_threshold_n, world.slip_rate_m_n_s
     s[arrays.STIFFENING], s[arrays.MODULUS] = world.stiffening, world.stretch_n_m
     return (
