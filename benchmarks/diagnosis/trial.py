@@ -11,7 +11,7 @@ from scipy.interpolate import interp1d
 from sklearn.metrics import roc_auc_score
 
 from sim1.mismatch.assimilate import Forces
-from sim1.mismatch.decide import THRESHOLDS, rating
+from sim1.mismatch.decide import THRESHOLDS, mean_square, rating
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.findings import verdict_of
 from sim1.mismatch.model_file import deviations, interval
@@ -40,6 +40,7 @@ class Trial(pydantic.BaseModel):
     verdict: str
     named: list[str]  # best model's effects, if the verdict speaks of any
     gains: dict[str, float]  # of the models that were fitted, over the baseline, nats
+    misfits: dict[str, float]  # of all models, the baseline under ""
     effects: dict[str, dict[str, Number]]
     baseline: dict[str, Number]
     heldout_mm: tuple[float, float]  # baseline, augmented
@@ -76,6 +77,7 @@ def run_trial(folder: Path) -> Trial:
         verdict=verdict.verdict,
         named=sorted(effect.name for effect in verdict.missing_physics),
         gains=_gains(found),
+        misfits={" + ".join(model.terms): mean_square(model.fit) for model in found.models},
         effects={
             effect.name: {
                 name: Number(value=c.value, low=c.ci95[0], high=c.ci95[1], true=true.get(effect.name, {}).get(name))
