@@ -10,7 +10,7 @@ from sim1.cloth.precise.world import World
 
 @dataclass(frozen=True, kw_only=True)
 class StrainStiffening(Effect):
-    """S = C E (1 + growth e), e the energy norm of the strain: the strain itself under uniaxial stress."""
+    """Stress along each yarn is that of the strain e (1 + growth e) where it is pulled; shear and compression stay as they are."""
 
     name: ClassVar[str] = "strain_stiffening"
     signature: ClassVar[str] = "stretches less than in proportion to the load"

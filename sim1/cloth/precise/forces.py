@@ -20,10 +20,10 @@ from sim1.cloth.precise.arrays import (
     FRICTION_Y,
     GRAVITY_X,
     HYSTERESIS,
-    MODULUS,
     STICTION,
     STIFFENING,
     TABLE_Z,
+    TURN_CURVATURE,
     WIND_X,
 )
 from sim1.cloth.precise.jaws import GRIP_M_N, grip_count, grip_loads
@@ -33,7 +33,6 @@ OWN_SHARE = 0.3  # of the membrane's energy by each face's own strain; the rest 
 CONTACT_N_M3 = 6e4  # pressure per depth: cloth of 0.3 kg/m^2 sinks 0.05 mm into the table
 CLING_M = 5e-4  # adhesion fades out over this gap
 STRIBECK_M_S = 0.01  # sliding faster than this, nothing is left of stiction
-DAHL_1_M = 5.0  # curvature over which the friction moment of bending turns round
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
@@ -44,16 +43,11 @@ def workspace_of(x, net):
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
 def stress_of(strain, law, s, out):
-    """Membrane stress (uu, vv, uv) [N/m] from strain and strain rate (uu, vv, 2uv each)."""
-    out[0] = law[0] * strain[0] + law[2] * strain[1]
-    out[1] = law[1] * strain[1] + law[2] * strain[0]
+    """Membrane stress (uu, vv, uv) [N/m] from strain and strain rate (uu, vv, 2uv each); yarns that are pulled may stiffen."""
+    grow, tau = s[STIFFENING], s[DAMPING]
+    out[0] = law[0] * strain[0] * (1.0 + grow * max(strain[0], 0.0)) + law[2] * strain[1]
+    out[1] = law[1] * strain[1] * (1.0 + grow * max(strain[1], 0.0)) + law[2] * strain[0]
     out[2] = law[3] * strain[2]
-    if s[STIFFENING] != 0.0:
-        energy = out[0] * strain[0] + out[1] * strain[1] + out[2] * strain[2]
-        factor = 1.0 + s[STIFFENING] * np.sqrt(max(energy / s[MODULUS], 0.0))
-        for k in range(3):
-            out[k] *= factor
-    tau = s[DAMPING]
     out[0] += tau * (law[0] * strain[3] + law[2] * strain[4])
     out[1] += tau * (law[1] * strain[4] + law[2] * strain[3])
     out[2] += tau * law[3] * strain[5]
@@ -198,8 +192,9 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
             extra = bend[k] * (tau * turn[k] - curl[k] - crease[c, k])
             if s[HYSTERESIS] != 0.0 and bend[k] != 0.0:
                 change = bent[k, 0] * nx + bent[k, 1] * ny + bent[k, 2] * nz - curvature[c, k]
-                turned = (moment[c, k] + change) / (1.0 + abs(change) / DAHL_1_M)
-                extra += s[HYSTERESIS] * (2.0 if k == 2 else 1.0) * cloth.bend_area[p, c] * turned / DAHL_1_M
+                turned = (moment[c, k] + change) / (1.0 + abs(change) / s[TURN_CURVATURE])
+                twice = 2.0 if k == 2 else 1.0
+                extra += s[HYSTERESIS] * twice * cloth.bend_area[p, c] * turned / s[TURN_CURVATURE]
             bent[k, 0] = bend[k] * bent[k, 0] + extra * nx
             bent[k, 1] = bend[k] * bent[k, 1] + extra * ny
             bent[k, 2] = bend[k] * bent[k, 2] + extra * nz

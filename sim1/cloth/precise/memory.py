@@ -3,8 +3,8 @@
 import numpy as np
 from numba import njit
 
-from sim1.cloth.precise.arrays import COMPLIANCE, HYSTERESIS, RETAINED, SLIP_RATE, SLIP_THRESHOLD, YIELD
-from sim1.cloth.precise.forces import DAHL_1_M, FLAGS, normal_of
+from sim1.cloth.precise.arrays import COMPLIANCE, HYSTERESIS, RETAINED, SLIP_RATE, SLIP_THRESHOLD, TURN_CURVATURE, YIELD
+from sim1.cloth.precise.forces import FLAGS, normal_of
 from sim1.cloth.precise.jaws import grip_loads
 
 
@@ -42,7 +42,7 @@ def remember(x, net, scalar, curvature, moment, crease, now):
     for c in range(now.shape[0]):
         for k in range(3):
             change = now[c, k] - curvature[c, k]
-            moment[c, k] = (moment[c, k] + change) / (1.0 + abs(change) / DAHL_1_M)
+            moment[c, k] = (moment[c, k] + change) / (1.0 + abs(change) / scalar[TURN_CURVATURE])
             curvature[c, k] = now[c, k]
             beyond = abs(now[c, k]) - scalar[YIELD]
             if beyond > 0.0 and scalar[RETAINED] * beyond > abs(crease[c, k]):

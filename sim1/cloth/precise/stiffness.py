@@ -15,15 +15,14 @@ from sim1.cloth.precise.arrays import (
     FRICTION_X,
     FRICTION_Y,
     HYSTERESIS,
-    MODULUS,
     STICTION,
     STIFFENING,
     TABLE_Z,
+    TURN_CURVATURE,
     WIND_X,
 )
 from sim1.cloth.precise.forces import (
     CONTACT_N_M3,
-    DAHL_1_M,
     FLAGS,
     OWN_SHARE,
     STRIBECK_M_S,
@@ -50,27 +49,12 @@ def _add_block(band, i, j, block):
 @njit(cache=True, nogil=True, fastmath=FLAGS)
 def _tangent(strain, law, s, rate, out):
     """Derivative (3, 3) of the stress over the strain, where strain rates grow with it at `rate`."""
-    stiff = 1.0
+    slow, twice = 1.0 + s[DAMPING] * rate, 2.0 * s[STIFFENING]
     out[:] = 0.0
-    if s[STIFFENING] != 0.0:
-        suu, svv, suv = (
-            law[0] * strain[0] + law[2] * strain[1],
-            law[1] * strain[1] + law[2] * strain[0],
-            law[3] * strain[2],
-        )
-        mean = np.sqrt(max((suu * strain[0] + svv * strain[1] + suv * strain[2]) / s[MODULUS], 0.0))
-        stiff += s[STIFFENING] * mean
-        grow = s[STIFFENING] / (max(mean, 1e-6) * s[MODULUS])
-        all_ = (suu, svv, suv)
-        for a in range(3):
-            for b in range(3):
-                out[a, b] = grow * all_[a] * all_[b]
-    stiff += s[DAMPING] * rate
-    out[0, 0] += stiff * law[0]
-    out[1, 1] += stiff * law[1]
-    out[2, 2] += stiff * law[3]
-    out[0, 1] += stiff * law[2]
-    out[1, 0] += stiff * law[2]
+    out[0, 0] = law[0] * (slow + twice * max(strain[0], 0.0))
+    out[1, 1] = law[1] * (slow + twice * max(strain[1], 0.0))
+    out[2, 2] = law[3] * slow
+    out[0, 1] = out[1, 0] = law[2] * slow
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
@@ -78,6 +62,7 @@ def _add_friction(x, net, cloth, curvature, moment, c, block, band):
     """Add what the friction of bending in a stencil resists with, by the slope of the Dahl update."""
     begin, end = net.first[c], net.first[c + 1]
     nx, ny, nz = normal_of(x, net, c)
+    turn = cloth.scalar[0, TURN_CURVATURE]
     for k in range(3):
         bent = 0.0
         for a in range(begin, end):
@@ -86,9 +71,9 @@ def _add_friction(x, net, cloth, curvature, moment, c, block, band):
         change = abs(bent - curvature[c, k])
         # 1 - sign z / kappa_c at small steps, falling as the moment saturates
         sign = 1.0 if bent >= curvature[c, k] else -1.0
-        grow = (1.0 - sign * moment[c, k] / DAHL_1_M) / (1.0 + change / DAHL_1_M) ** 2
+        grow = (1.0 - sign * moment[c, k] / turn) / (1.0 + change / turn) ** 2
         twice = 2.0 if k == 2 else 1.0
-        friction = max(grow, 0.0) * cloth.scalar[0, HYSTERESIS] * twice * cloth.bend_area[0, c] / DAHL_1_M
+        friction = max(grow, 0.0) * cloth.scalar[0, HYSTERESIS] * twice * cloth.bend_area[0, c] / turn
         for a in range(begin, end):
             i = net.node[a]
             for b in range(begin, end):

@@ -7,7 +7,16 @@ Jacobian over dozens of parameters costs a few simulations instead of dozens: ta
 import numpy as np
 from numba import njit
 
-from sim1.cloth.precise.arrays import COMPLIANCE, PULL_STIFFNESS, SLIP_THRESHOLD, YIELD
+from sim1.cloth.precise.arrays import (
+    COMPLIANCE,
+    HYSTERESIS,
+    PULL_STIFFNESS,
+    RETAINED,
+    SLIP_RATE,
+    SLIP_THRESHOLD,
+    TURN_CURVATURE,
+    YIELD,
+)
 from sim1.cloth.precise.forces import residual
 from sim1.cloth.precise.jaws import coupling, solve_coupled
 from sim1.cloth.precise.lapack import factor, factor_any
@@ -96,10 +105,19 @@ def _nearer(group, p, shrink):
 
 @njit(cache=True, nogil=True)
 def _nearer_world(cloth, p, shrink):
-    """Make a twin's world differ less from the base's; thresholds stay, as what they start is scaled."""
-    for k in range(cloth.scalar.shape[1]):
-        if k not in (YIELD, SLIP_THRESHOLD):
-            cloth.scalar[p, k] = cloth.scalar[0, k] + shrink * (cloth.scalar[p, k] - cloth.scalar[0, k])
+    """Make a twin's world differ less from the base's.
+
+    A threshold whose strength the base lacks stays: there it is the strength that is scaled.
+    """
+    base = cloth.scalar[0]
+    for k in range(len(base)):
+        absent = (
+            (k == YIELD and base[RETAINED] == 0.0)
+            or (k == SLIP_THRESHOLD and base[SLIP_RATE] == 0.0)
+            or (k == TURN_CURVATURE and base[HYSTERESIS] == 0.0)
+        )
+        if not absent:
+            cloth.scalar[p, k] = base[k] + shrink * (cloth.scalar[p, k] - base[k])
     cloth.gradient[p] = cloth.gradient[0] + shrink * (cloth.gradient[p] - cloth.gradient[0])
     cloth.area[p] = cloth.area[0] + shrink * (cloth.area[p] - cloth.area[0])
     cloth.law[p] = cloth.law[0] + shrink * (cloth.law[p] - cloth.law[0])

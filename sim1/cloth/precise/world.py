@@ -43,6 +43,7 @@ class World:
     bending_ratio: float = 1.0
     stiffening: float = 0.0  # relative growth of the modulus per strain
     hysteresis_n: float = 0.0  # friction moment of bending per width
+    turn_1_m: float = 4.0  # curvature over which it turns round
     yield_1_m: float = NEVER  # curvature from which folds keep `retained` of what is beyond
     retained: float = 0.0
     curl_1_m: tuple[float, float] = (0.0, 0.0)  # rest curvature along u and v
@@ -118,11 +119,11 @@ def _row(sheet: Sheet, world: World, clamped: np.ndarray | None, rim: np.ndarray
     s[arrays.FRICTION_X], s[arrays.FRICTION_Y] = world.friction * root, world.friction / root
     s[arrays.STICTION] = world.stiction
     s[arrays.ADHESION] = world.adhesion_pa
-    s[arrays.HYSTERESIS] = world.hysteresis_n
+    s[arrays.HYSTERESIS], s[arrays.TURN_CURVATURE] = world.hysteresis_n, world.turn_1_m
     s[arrays.YIELD], s[arrays.RETAINED] = world.yield_1_m, world.retained
     s[arrays.COMPLIANCE] = world.compliance_m_n
     s[arrays.SLIP_THRESHOLD], s[arrays.SLIP_RATE] = world.slip_threshold_n, world.slip_rate_m_n_s
-    s[arrays.STIFFENING], s[arrays.MODULUS] = world.stiffening, world.stretch_n_m
+    s[arrays.STIFFENING] = world.stiffening
     return (
         s,
         gradient,
