@@ -1,15 +1,18 @@
-"""Where and when physics is missing: the force that it takes to keep a simulation without it on its way.
+"""Where and when physics is missing, as a force at every marker.
 
-Springs and dampers pull every simulated marker towards a goal; what they have to pull is the force that the model lacks, in newtons,
-without a double derivative of noisy data. While nothing is named, goals are the measured markers and springs are soft; the force counts
-only above what the same springs pull when the simulator is right and the markers carry the same noise. Once physics is named, goals are
-the markers of the model that has it, which carry no noise: springs can be stiff, and tell where and when it acts.
+While nothing is named: the force that it takes to keep the calibrated simulation on the measured markers. Soft springs and dampers pull
+every simulated marker to its place; what they pull is the force that the model lacks, in newtons, without a double derivative of noisy
+data. It counts only above what the same springs pull when the simulator is right and the markers carry the same noise.
+
+Once physics is named: what it pushes with, along the motion of the model that has it. Where it acts through grips or clocks alone, stiff
+springs to that model's markers, which carry no noise.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sim1.cloth.precise.lacking import cloth_part
 from sim1.cloth.precise.pull import Goals
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit
@@ -70,7 +73,9 @@ def locate_forces(engine: Engine, found: Fit, names: tuple[str, ...]) -> Located
     """What a model without the effects of `found` would have to be pushed with to do as the recordings do."""
     model, plain = found.unknowns.world(found.z), found.unknowns.with_terms().world(found.nominal_z)
     tasks = [replace(engine.task(name, plain), paths=True) for name in names]
-    if model != plain:
+    if cloth_part(model, plain) != plain:
+        tasks = [replace(engine.task(name, model), paths=True, lacks=plain) for name in names]
+    elif model != plain:
         goals = engine.workers([engine.task(name, model) for name in names])
         tasks = [
             replace(task, follow_hz=STIFF_HZ, goals_m=goal.markers_m[0])
@@ -86,7 +91,7 @@ def locate_forces(engine: Engine, found: Fit, names: tuple[str, ...]) -> Located
             Forces(
                 name=name,
                 time_s=time,
-                force_n=run.pull_n,
+                force_n=run.force_n,
                 floor_n=noisy if model == plain else 0.0,
                 velocity_m_s=np.gradient(run.path_m, time, axis=0),
             )

@@ -15,8 +15,8 @@ class Thresholds:
     """When a difference counts, in nats of evidence. Chosen on a handful of bundles; not yet calibrated on nulls."""
 
     named: float = 45.0  # that an effect must gain over the baseline
-    second: float = 25.0  # that another must gain over the first
-    second_share: float = 0.03  # and in units of the first's gain: another formula or mesh leaves that much unexplained
+    second: float = 45.0  # that another must gain over the first
+    second_share: float = 0.12  # and in units of the first's gain: another formula or mesh leaves that much unexplained
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from

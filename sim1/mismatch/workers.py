@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sim1.cloth.precise.lacking import lacking_force
 from sim1.cloth.precise.motions import Motions
 from sim1.cloth.precise.pull import Goals, Pull
 from sim1.cloth.precise.scene import Scene, prepare
@@ -32,6 +33,7 @@ class Task:
     follow_hz: float = 0.0  # of the pull towards the markers; 0: none
     goals_m: np.ndarray | None = None  # (N, M, 3) markers to follow in place of the measured ones
     paths: bool = False  # whether to return what the markers do at the steps
+    lacks: World | None = None  # whose lack of force to return in place of the pull
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +42,7 @@ class Done:
 
     markers_m: np.ndarray  # (P, N, M, 3)
     rest_m: np.ndarray  # (V, 3) of the mesh that was asked for
-    pull_n: np.ndarray | None = None  # (T, M, 3)
+    force_n: np.ndarray | None = None  # (T, M, 3)
     path_m: np.ndarray | None = None  # (T, M, 3)
 
 
@@ -83,8 +85,9 @@ def _work(task: Task) -> Done:
     motions.keep(worlds, run.shapes_m, run.leads_m)
     if not task.paths:
         return Done(markers_m=run.markers_m[where], rest_m=run.rest_m)
+    force = run.pull_n if task.lacks is None else lacking_force(scene, worlds[0], task.lacks, run.shapes_m)
     path = (run.shapes_m[:, scene.net.marker_node] * scene.net.marker_weight[..., None]).sum(2)
-    return Done(markers_m=run.markers_m[where], rest_m=run.rest_m, pull_n=run.pull_n, path_m=path)
+    return Done(markers_m=run.markers_m[where], rest_m=run.rest_m, force_n=force, path_m=path)
 
 
 def _goals(recording: Recording, given_m: np.ndarray | None) -> Goals:

@@ -1,0 +1,46 @@
+"""The force that one world has and another lacks, along a motion of the first: no springs, no noise, at every vertex."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from sim1.cloth.precise.forces import residual
+from sim1.cloth.precise.march import SLIDING_M_S
+from sim1.cloth.precise.memory import remember, settle
+from sim1.cloth.precise.scene import Scene
+from sim1.cloth.precise.world import World, pack
+
+RIG = ("lag_s", "clock_offset_s", "frame_shift_m", "frame_turn_rad", "compliance_m_n", "slip_rate_m_n_s")
+
+
+def cloth_part(model: World, plain: World) -> World:
+    """`plain` with all of `model` that acts on the cloth itself; equal to `plain` where only grips, clocks or cameras differ."""
+    return replace(model, **{name: getattr(plain, name) for name in RIG})
+
+
+def lacking_force(scene: Scene, model: World, plain: World, shapes_m: np.ndarray) -> np.ndarray:
+    """Force (T, M, 3) [N] near each marker, for its share of the sheet's area; `shapes_m` (T, V, 3) is a motion in `model`.
+
+    What grips differ by is left out: they are stiff, and a difference of places would count as a force.
+    """
+    net = scene.net
+    cloth = pack(scene.sheet, [cloth_part(model, plain), plain], scene.clamped, scene.rim)
+    stencils, steps = len(net.first) - 1, len(shapes_m)
+    curvature, moment, crease = (np.zeros((2, stencils, 3)) for _ in range(3))
+    now, nowhere = np.zeros((stencils, 3)), np.zeros((len(net.held), 3))
+    free = np.zeros(len(net.held), bool)
+    settle(np.repeat(shapes_m[:1], 2, axis=0), net, cloth, curvature, moment, crease)
+    velocity = np.gradient(shapes_m, scene.step_s, axis=0)
+    acceleration = np.gradient(velocity, scene.step_s, axis=0)
+    left, found = np.empty((2, *shapes_m.shape[1:])), np.empty((steps, *shapes_m.shape[1:]))
+    for n in range(steps):
+        for p in range(2):
+            residual(
+                shapes_m[n], velocity[n], acceleration[n], SLIDING_M_S, net, cloth, p, curvature[p], moment[p], crease[p],
+                nowhere, free, left[p],
+            )  # fmt: skip
+            remember(shapes_m[n], net, cloth.scalar[p], curvature[p], moment[p], crease[p], now)
+        found[n] = left[1] - left[0]
+    density = found / scene.sheet.vertex_area_m2[:, None]
+    share_m2 = scene.sheet.face_area_m2.sum() / len(net.marker_node)
+    return share_m2 * (density[:, net.marker_node] * net.marker_weight[..., None]).sum(2)
