@@ -43,7 +43,8 @@ class Trial(pydantic.BaseModel):
     misfits: dict[str, float]  # of all models, the baseline under ""
     effects: dict[str, dict[str, Number]]
     baseline: dict[str, Number]
-    heldout_mm: tuple[float, float]  # baseline, augmented
+    fit_mm: tuple[float, float]  # baseline, augmented, from rest and drives alone
+    heldout_mm: tuple[float, float]
     misfit: tuple[float, float]
     place_auc: (
         float | None
@@ -87,6 +88,7 @@ def run_trial(folder: Path) -> Trial:
             for effect in verdict.missing_physics
         },
         baseline=_baseline(found, answers["baseline"]),
+        fit_mm=(1e3 * errors.baseline.fit, 1e3 * errors.augmented.fit),
         heldout_mm=(1e3 * errors.baseline.heldout, 1e3 * errors.augmented.heldout),
         misfit=(found.misfit["baseline"], found.misfit["chosen"]),
         place_auc=place_auc(found.located.forces, np.load(folder / "answers.npz")),

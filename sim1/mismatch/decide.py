@@ -20,8 +20,9 @@ class Thresholds:
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
-    explained: float = 0.5  # of the baseline's excess over noise and mesh that a named model must explain
     misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
+    explained: float = 0.5  # of the baseline's excess over noise and mesh that a named model must explain,
+    left: float = 1.1  # unless it leaves no more than this mean square
 
 
 THRESHOLDS = Thresholds()
@@ -69,12 +70,12 @@ def decide(pool: list[Model], thresholds: Thresholds) -> Decision:
     null, best = null_of(pool), best_of(pool, thresholds)
     before = mean_square(null.fit)
     if gain_of(pool, best, thresholds) < thresholds.named:
-        verdict = "none" if before < thresholds.misfit else "unknown"
-        return Decision(
-            verdict=verdict, null=null, chosen=null, rivals=(), misfit={"baseline": before, "chosen": before}
-        )
+        return _unchanged("none" if before < thresholds.misfit else "unknown", null, before)
     best = _simplest(pool, best, thresholds)
     gain, after = gain_of(pool, best, thresholds), mean_square(best.fit)
+    explained = (before - after) / max(before - 1.0, 1e-9)
+    if after > thresholds.left and explained < thresholds.explained:
+        return _unchanged("unknown", null, before)
     close = max(thresholds.margin, thresholds.margin_share * gain)
     rivals = tuple(
         model
@@ -86,14 +87,18 @@ def decide(pool: list[Model], thresholds: Thresholds) -> Decision:
         and len(model.terms) <= len(best.terms)
         and gain - gain_of(pool, model, thresholds) < close
     )
-    explained = (before - after) / max(before - 1.0, 1e-9)
-    if after > thresholds.misfit and explained < thresholds.explained:
-        verdict = "unknown"
-    else:
-        verdict = "ambiguous" if rivals else "named"
     return Decision(
-        verdict=verdict, null=null, chosen=best, rivals=rivals, misfit={"baseline": before, "chosen": after}
+        verdict="ambiguous" if rivals else "named",
+        null=null,
+        chosen=best,
+        rivals=rivals,
+        misfit={"baseline": before, "chosen": after},
     )
+
+
+def _unchanged(verdict: str, null: Model, misfit: float) -> Decision:
+    """The baseline stays what is simulated: nothing is missing, or nothing that is known explains it."""
+    return Decision(verdict=verdict, null=null, chosen=null, rivals=(), misfit={"baseline": misfit, "chosen": misfit})
 
 
 def _simplest(pool: list[Model], best: Model, thresholds: Thresholds) -> Model:

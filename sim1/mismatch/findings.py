@@ -137,6 +137,8 @@ def _why_not(name: str, found: Diagnosis, thresholds: Thresholds) -> str:
     mine = [model for model in found.models if name in model.terms]
     best = min(mine, key=lambda model: rating(model, thresholds))
     behind = rating(best, thresholds) - rating(found.chosen, thresholds)
+    if behind < 0 and found.verdict == "unknown":
+        return f"{_joined(best)} gains {-behind:.1f} nats and leaves most of what the baseline cannot explain, or too much was not tried"
     if behind < 0:
         return f"it gains {-behind:.1f} nats beside {_joined(found.chosen)}: less than a further effect has to"
     return f"{_joined(best)} explains {behind:.1f} nats less of the motion than {_joined(found.chosen)}"
@@ -179,7 +181,8 @@ def sentence(found: Diagnosis) -> str:
     if found.verdict == "ambiguous":
         rivals = ", ".join(_joined(rival) for rival in found.rivals)
         return f"Something was left out, and {_joined(found.chosen)} explains it no better than {rivals} ({before:.2f} to {after:.2f} mm held out)."
-    return f"Something was left out that no known effect explains: {before:.2f} mm on held-out motion, {after:.2f} mm with the best of them."
+    nearest = f"; {_joined(found.models[0])} comes nearest and leaves most of it" if found.models[0].terms else ""
+    return f"Something was left out that no known effect explains: {before:.2f} mm on held-out motion{nearest}."
 
 
 def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary:

@@ -22,6 +22,7 @@ def trial(case: str, concealed: list[str], verdict: str, named: list[str], low: 
         misfits={"": 1.5, "air_drag": 1.0},
         effects={name: {"c": number} for name in named},
         baseline={"poisson": number},
+        fit_mm=(1.0, 0.5),
         heldout_mm=(2.0, 0.5),
         misfit=(1.5, 1.0),
         place_auc=0.95 if concealed else None,

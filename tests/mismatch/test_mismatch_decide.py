@@ -54,9 +54,17 @@ def test_an_excess_over_noise_that_nothing_explains_is_unknown(unknowns):
 
 def test_a_model_that_leaves_most_of_the_excess_is_unknown(unknowns):
     misfits = {(): 9.0, ("air_drag",): 6.0}
-    assert verdict(unknowns, {("air_drag",): 500.0}, misfits) == ("unknown", ("air_drag",))
+    assert verdict(unknowns, {("air_drag",): 500.0}, misfits) == ("unknown", ())
     misfits[("air_drag",)] = 3.0
     assert verdict(unknowns, {("air_drag",): 500.0}, misfits) == ("named", ("air_drag",))
+
+
+def test_a_small_excess_that_a_model_leaves_is_unknown_too(unknowns):
+    """A push that is in no table makes several effects gain a little each, and explains itself to none."""
+    misfits = {(): 1.2, ("gravity_tilt",): 1.17}
+    assert verdict(unknowns, {("gravity_tilt",): 120.0}, misfits) == ("unknown", ())
+    misfits[("gravity_tilt",)] = 1.08
+    assert verdict(unknowns, {("gravity_tilt",): 120.0}, misfits) == ("named", ("gravity_tilt",))
 
 
 def test_two_that_explain_it_alike_are_ambiguous_and_neither_is_hidden(unknowns):
