@@ -138,7 +138,7 @@ def _why_not(name: str, found: Diagnosis, thresholds: Thresholds) -> str:
     best = min(mine, key=lambda model: rating(model, thresholds))
     behind = rating(best, thresholds) - rating(found.chosen, thresholds)
     if behind < 0 and found.verdict == "unknown":
-        return f"{_joined(best)} gains {-behind:.1f} nats and leaves most of what the baseline cannot explain, or too much was not tried"
+        return f"{_joined(best)} gains {-behind:.1f} nats over the baseline and was not found to explain most of what is missing"
     if behind < 0:
         return f"it gains {-behind:.1f} nats beside {_joined(found.chosen)}: less than a further effect has to"
     return f"{_joined(best)} explains {behind:.1f} nats less of the motion than {_joined(found.chosen)}"
