@@ -45,7 +45,7 @@ def _together(trials: list[Trial]) -> list[str]:
     off = [abs(n.value / n.true - 1.0) for n in effects if n.true]
     said = [
         f"* {sum(t.right for t in nulls)} of {len(nulls)} cases with nothing missing were called `none`.",
-        f"* {sum(t.right for t in missing)} of {len(missing)} cases with something missing were named right and alone.",
+        f"* {sum(t.right for t in missing)} of {len(missing)} cases with something missing were named right and alone, or called unknown where no name fits.",
         f"* Coefficients of effects: {_share(effects)}; median error {100 * np.median(off):.0f} %." if off else "",
         f"* Parameters of the fabric: {_share(fabric)}.",
         f"* Place of local effects: median AUC {np.median(places):.2f}, least {min(places):.2f}." if places else "",

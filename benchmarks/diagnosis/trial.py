@@ -10,6 +10,7 @@ import pydantic
 from scipy.interpolate import interp1d
 from sklearn.metrics import roc_auc_score
 
+from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.assimilate import Forces
 from sim1.mismatch.decide import THRESHOLDS, mean_square, rating
 from sim1.mismatch.diagnose import Diagnosis, diagnose
@@ -57,6 +58,8 @@ class Trial(pydantic.BaseModel):
         """Whether the verdict is the one that was asked for."""
         if not self.concealed:
             return self.verdict == "none"
+        if not set(self.concealed) <= set(EFFECTS):  # outside the table
+            return self.verdict in ("unknown", "ambiguous")
         return self.verdict == "named" and sorted(self.named) == sorted(self.concealed)
 
 

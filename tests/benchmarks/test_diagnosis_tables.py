@@ -38,11 +38,15 @@ def test_right_and_wrong_verdicts_are_counted_apart():
             trial("none_2", [], "named", ["air_drag"]),
             trial("air_drag_1", ["air_drag"], "named", ["air_drag"]),
             trial("wind_1", ["wind"], "ambiguous", ["wind"]),
+            trial("magnet_1", ["magnet"], "unknown", []),
+            trial("magnet_2", ["magnet"], "named", ["gravity_tilt"]),
             trial("air_drag+wind_1", ["air_drag", "wind"], "named", ["air_drag", "wind"]),
         ]
     )
     assert "1 of 2 cases with nothing missing were called `none`" in text
-    assert "2 of 3 cases with something missing were named right and alone" in text
+    assert (
+        "3 of 5 cases with something missing were named right and alone, or called unknown where no name fits" in text
+    )
     assert "| none_2 | 121 | given | **named** |" in text
     assert "| 80 | wind 60 | 2.00 -> 0.50 | 1.50 -> 1.00 | 0.95 | 100 | 95 % |" in text
 
