@@ -19,7 +19,7 @@ from sim1.mismatch.models import Model
 from sim1.mismatch.page import write_page
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.strict_json import write_json
-from sim1.mismatch.summary import Summary
+from sim1.mismatch.summary import Prices, Summary
 from sim1.mismatch.verdict import Verdict
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
@@ -196,7 +196,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
             "heldout": found.heldout,
             "converged": _settled(found),
             "misfit": {**found.misfit, "limit": thresholds.misfit},
-            "prices": {name: getattr(thresholds, name) for name in ("per_term", "named", "margin")},
+            "prices": {name: getattr(thresholds, name) for name in Prices.model_fields},
             "ranking": [
                 {"name": _joined(model), "gain": null - rating(model, thresholds), "misfit": mean_square(model.fit)}
                 for model in found.models[:10]

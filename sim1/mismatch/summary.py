@@ -36,11 +36,15 @@ class Misfit(Strict):
 
 
 class Prices(Strict):
-    """What a name has to gain, nats."""
+    """What a name has to gain in nats, and to explain."""
 
     per_term: float
     named: float
     margin: float
+    second: float  # what one effect more has to gain over the first,
+    second_share: float  # also in units of the first's gain
+    explained: float  # share of the baseline's excess misfit, unless the model leaves at most `left`
+    left: float
 
 
 class Summary(Strict):
