@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from sim1.cloth.effects import Effect, effects_of
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.physics import MESH, PRIOR_FRICTION, ClothPhysics, Friction, Property
-from sim1.cloth.precise.held_places import estimated_places, unknown_holds
+from sim1.cloth.precise.held_places import estimated_places, hold_keys
 from sim1.cloth.precise.start import table_z
 from sim1.cloth.precise.world import World
 from sim1.mismatch.fit import Fit
@@ -82,7 +82,7 @@ def _grips(bundle: Bundle, world: World) -> tuple[dict[str, Any], ...]:
         if hold.places_m is not None
     }
     found = []
-    for index, key in enumerate(unknown_holds(bundle)):
+    for index, key in enumerate(hold_keys(bundle)):
         if key not in measured:
             places, shift = known[key], np.array(world.places[index])
             middle = places.mean(0)
@@ -106,7 +106,7 @@ def world_of(physics: ClothPhysics, bundle: Bundle) -> World:
         table_z_m=table_z(bundle) if table else None,
         gravity_m_s2=tuple(bundle.environment.gravity_m_s2),
         air_density_kg_m3=bundle.environment.air_density_kg_m3,
-        places=tuple((0.0,) * 6 for _ in unknown_holds(bundle)),
+        places=tuple((0.0,) * 6 for _ in hold_keys(bundle)),
         **physics.mesh,
     )
     for effect in effects_of(physics.effects):

@@ -6,7 +6,7 @@ import numpy as np
 
 from sim1.cloth.effects import Effect
 from sim1.cloth.effects.coefficient import Coefficient
-from sim1.cloth.precise.held_places import unknown_holds
+from sim1.cloth.precise.held_places import hold_keys
 from sim1.cloth.precise.start import table_z
 from sim1.cloth.precise.world import World
 from sim1.recording.bundle import Bundle
@@ -99,7 +99,7 @@ class Unknowns:
 def baseline(bundle: Bundle) -> Unknowns:
     """The baseline model of a bundle, with the priors that the bundle states."""
     prior, table = bundle.prior, bundle.environment.table
-    keys = unknown_holds(bundle)
+    keys = hold_keys(bundle)
     measured = {
         (hold.drive, tuple(int(v) for v in hold.vertices))
         for recording in bundle.recordings

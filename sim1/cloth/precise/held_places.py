@@ -18,7 +18,7 @@ def hold_key(hold: Hold) -> tuple[str, tuple[int, ...]]:
     return hold.drive, tuple(int(v) for v in hold.vertices)
 
 
-def unknown_holds(bundle: Bundle) -> list[tuple[str, tuple[int, ...]]]:
+def hold_keys(bundle: Bundle) -> list[tuple[str, tuple[int, ...]]]:
     """Grips of the bundle, in the order of a world's `places`."""
     return sorted({hold_key(hold) for recording in bundle.recordings for hold in recording.holds})
 

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from sim1.cloth.precise.arrays import Net
 from sim1.cloth.precise.drives import drive_pose, late
-from sim1.cloth.precise.held_places import estimated_places, hold_key, unknown_holds
+from sim1.cloth.precise.held_places import estimated_places, hold_key, hold_keys
 from sim1.cloth.precise.material import marker_points, sheet_of
 from sim1.cloth.precise.mesh import Sheet, narrow, place_on, refined, reordered
 from sim1.cloth.precise.start import start_of
@@ -89,7 +89,7 @@ def prepare(
     last = float(frame_s[-1]) + AFTER_S
     start = max(min(first, last - 5 * step_s), min(track.time_s[0] for track in recording.drives.values()))
     time = start + step_s * np.arange(int(np.ceil((last - start) / step_s)) + 1)
-    places, keys = estimated_places(bundle), unknown_holds(bundle)
+    places, keys = estimated_places(bundle), hold_keys(bundle)
     grips = []
     for hold in recording.holds:
         vertices, local = _held(hold, places[hold_key(hold)], parents)
