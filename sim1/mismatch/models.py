@@ -75,7 +75,7 @@ def calibrate(
         z, temper = found.z, temper_of(engine, found.residuals, names)
         if engine.patience.over:
             break
-    engine.finer = engine.finest
+    engine.finer, engine.follow_hz = engine.finest, FOLLOW_HZ  # as models are compared, also where it was stopped early
     return replace(found, temper=temper)
 
 
