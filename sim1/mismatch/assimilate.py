@@ -86,13 +86,15 @@ def locate_forces(engine: Engine, found: Fit, names: tuple[str, ...]) -> Located
     forces = []
     for number, (name, run) in enumerate(zip(names, engine.workers(tasks), strict=True)):
         time, recording = engine.stages[name].scene.time_s, recordings[name]
-        noisy = _floor_n(recording, _raw_noise(engine, recording), kg, engine.follow_hz, number)
+        floor_n = 0.0
+        if model == plain:
+            floor_n = _floor_n(recording, _raw_noise(engine, recording), kg, engine.follow_hz, number)
         forces.append(
             Forces(
                 name=name,
                 time_s=time,
                 force_n=run.force_n,
-                floor_n=noisy if model == plain else 0.0,
+                floor_n=floor_n,
                 velocity_m_s=np.gradient(run.path_m, time, axis=0),
             )
         )
