@@ -153,6 +153,7 @@ def test_a_twin_tells_of_a_yielding_grip(bundle, world, compliance):
         {"table_z_m": 0.45, "friction": 0.4},
         {"compliance_m_n": 2e-3},
         {"hysteresis_n": 1e-4},
+        {"curl_1_m": (3.0, 1.0)},
     ],
 )
 def test_the_matrix_is_the_derivative_of_the_forces(bundle, world, change):

@@ -1,5 +1,6 @@
 """`sim1 diagnose` on what is wrong with a lab's bundle: the file and the place in it are named, and there is no verdict."""
 
+import re
 import shutil
 
 import numpy as np
@@ -52,8 +53,8 @@ def _back(table):
 
 
 WRONG = {
-    "a missing stream": (lambda folder: (folder / MARKERS).unlink(), ("swing_1/markers.parquet", "no such file|not found|missing")),
-    "clocks that cross": (_table(MARKERS, _back), ("swing_1/markers.parquet", "row|clock")),
+    "a missing stream": (lambda folder: (folder / MARKERS).unlink(), ("swing_1/markers.parquet", "missing stream; expected")),
+    "clocks that cross": (_table(MARKERS, _back), ("swing_1/markers.parquet", "row 976: the clock runs back")),
     "clocks apart": (_table(MARKERS, lambda t: t.__setitem__("time_s", t["time_s"] + 100)), ("swing_1", "overlap")),
     "a marker off the mesh": (_table("anchors.parquet", _set(3, "face", 9999)), ("anchors.parquet", "face 9999")),
     "millimetres": (_table(MARKERS, _millimetres), ("swing_1/markers.parquet", "millimetres")),
@@ -80,7 +81,7 @@ def test_wrong_input_is_named_and_gets_no_verdict(good, tmp_path, wrong):
     said = " ".join(answer.output.split())
     assert answer.exit_code == 2, said
     for word in words:
-        assert pd.Series([said]).str.contains(word).item(), said
+        assert re.search(word, said), said
     assert not out.exists()
 
 
