@@ -47,9 +47,7 @@ class Trial(pydantic.BaseModel):
     fit_mm: tuple[float, float]  # baseline, augmented, from rest and drives alone
     heldout_mm: tuple[float, float]
     misfit: tuple[float, float]
-    place_auc: (
-        float | None
-    )  # of the located force against where and when force was concealed; None: nowhere or everywhere
+    place_auc: float | None  # see `place_auc`; None: force was concealed nowhere or everywhere
     seconds: float
     simulating_s: float
 

@@ -15,7 +15,7 @@ from sim1.cloth.precise.world import World
 from sim1.mismatch.fit import Fit
 from sim1.recording.bundle import Bundle
 
-WIDEN = 2.0  # of Laplace's standard deviations: in the trials of docs/mismatch.md they left out every third true value
+WIDEN = 2.0  # of Laplace's standard deviations, which know nothing of a simulator that is wrong; see docs/mismatch.md for what they hold
 SAMPLES = 400  # of the posterior, for intervals of what is computed from coefficients
 FABRIC = ("area_density_kg_m2", "thickness_m", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
 

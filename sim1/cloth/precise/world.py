@@ -7,8 +7,8 @@ import numpy as np
 from sim1.cloth.precise import arrays
 from sim1.cloth.precise.mesh import Sheet
 
-# Of stencils with one ripple and with several, in units of the bending rigidity: sheets of 50 to 600 vertices, regular and not, then
-# vibrate within 1 % of the frequencies of a fine one (mean over ten modes).
+# Of stencils with one ripple and with several, in units of the bending rigidity: chosen so that sheets of 50 to 600 vertices, regular and
+# not, vibrate as a fine one does; tests/mismatch/test_mismatch_modes.py holds them to it.
 RIPPLE = 60.0, 12.0
 INERTIA = 0.5  # of the consistent mass, the rest lumped: waves then travel at their speed up to fourth order
 NEVER = 1e9  # a threshold that nothing reaches
