@@ -108,16 +108,20 @@ class Engine:
             stage.observed = replace(stage.observed, mesh_m=np.hypot(stage.observed.mesh_m, wobble))
         return self._looked(runs, steps)
 
-    def slopes(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]) -> Looked:
-        """Residuals (K,) and their derivatives (K, P) over z."""
-        return self._looked(*self._twins(unknowns, z, names))
+    def slopes(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...], first: int = 0) -> Looked:
+        """Residuals (K,) and their derivatives (K, P - first) over z[first:]."""
+        return self._looked(*self._twins(unknowns, z, names, first))
+
+    def residuals(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        """Residuals (K,) alone: a fraction of what slopes cost."""
+        return self.slopes(unknowns, z, names, first=len(z))[0]
 
     def _twins(
-        self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]
+        self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...], first: int = 0
     ) -> tuple[dict[str, np.ndarray], np.ndarray]:
         low, high = unknowns.bounds()
         worlds, steps = [unknowns.world(z)], []
-        for k in range(len(z)):
+        for k in range(first, len(z)):
             away = unknowns.all[k].twin_z
             step = away if z[k] + away <= high[k] and (z[k] <= 0 or z[k] - away < low[k]) else -away
             moved = z.copy()

@@ -12,6 +12,8 @@ from sim1.mismatch.search import Unknowns
 
 FREEDOM = 5.0  # of the Student-t likelihood
 CONVERGED = 4e-4  # relative change of the cost that ends a search
+LEAST = 0.3  # nats that a step must promise besides
+FORETOLD = 0.5  # of what a step promised must come true, else slopes are measured anew
 MOST_CORRELATED_S = 1.0
 LEAST_TEMPER = 3.0  # markers beside each other share what the mesh gets wrong, however white each one's residual is
 
@@ -75,44 +77,44 @@ def fit(
     most: int = 8,
     enough: float = CONVERGED,
     given: Looked | None = None,
+    exact: bool = True,
+    settle: bool = True,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Fit:
     """Search from `z` with the engine's present correction for its step; `most` = 0 only looks at `z`.
 
-    A step that gains less than `enough` of the cost is the last. `given` is what `Engine.slopes` says at `z`.
+    Slopes cost several times what a simulation does: they are kept from step to step, corrected by what each step showed (Broyden
+    1965), and measured anew where they foretell badly and before the search is called converged, that is, promises less than `enough`
+    of the cost. `given` is what `Engine.slopes` says at `z`, or nearly so if it is not `exact`. Without `settle` slopes of the end may be
+    old ones: somebody else goes on from there.
     """
     low, high = unknowns.bounds()
     z = np.clip(z, low, high)
     residuals, slopes = given or engine.slopes(unknowns, z, names)
-    converged = False
-    for iteration in range(1, most + 1):
-        if engine.patience.over:
-            break
-        progress(iteration / most)
+    exact, converged, taken = exact or given is None, False, 0
+    while taken < most and not engine.patience.over:
         normal, gradient = normal_equations(residuals, slopes, z, names, temper)
         cost = cost_of(residuals, names, temper) + 0.5 * float(z @ z)
         step = bounded_step(normal, gradient, z, low, high)
         step *= shortened(unknowns, step)
-        better, followed = None, False
-        for shrink in (1.0, 0.4, 0.1):  # slopes come with it: the first trial is taken nearly always
-            trial = np.clip(z + shrink * step, low, high)
-            try:
-                new, new_slopes = engine.slopes(unknowns, trial, names)
-            except NotConverged:
+        hoped = -float(gradient @ step + 0.5 * step @ normal @ step)
+        arrived = hoped < LEAST + enough * cost
+        followed, better = (True, None) if arrived else _downhill(engine, unknowns, z, step, names, temper, cost)
+        if better:
+            taken += 1
+            progress(taken / most)
+            trial, new, gain = better
+            slopes, exact = _corrected(slopes, residuals, new, trial - z), False
+            z, residuals = trial, new
+            if gain > FORETOLD * hoped:
                 continue
-            followed = True
-            trial_cost = cost_of(new, names, temper) + 0.5 * float(trial @ trial)
-            if trial_cost < cost:
-                better = trial, trial_cost
-                break
-        if better is None:
-            converged = followed  # no way down along the slopes: as good as this mesh tells
+        elif exact or (arrived and not settle):
+            converged = followed  # also where no way leads down along the slopes: as good as this mesh tells
             break
-        gain = cost - better[1]
-        z, residuals, slopes = better[0], new, new_slopes
-        if gain < 0.3 + enough * cost:
-            converged = True
-            break
+        residuals, slopes = engine.slopes(unknowns, z, names)
+        exact = True
+    if settle and not exact and not engine.patience.over:
+        residuals, slopes = engine.slopes(unknowns, z, names)
     return Fit(
         unknowns=unknowns,
         z=z,
@@ -122,6 +124,39 @@ def fit(
         slopes=slopes,
         converged=converged,
     )
+
+
+def _downhill(
+    engine: Engine,
+    unknowns: Unknowns,
+    z: np.ndarray,
+    step: np.ndarray,
+    names: tuple[str, ...],
+    temper: Tempers,
+    cost: float,
+) -> tuple[bool, tuple[np.ndarray, dict[str, np.ndarray], float] | None]:
+    """Whether any simulation along `step` found its way; z, residuals and gain where the cost is lower."""
+    low, high = unknowns.bounds()
+    followed = False
+    for share in (1.0, 0.4, 0.1):
+        trial = np.clip(z + share * step, low, high)
+        try:
+            new = engine.residuals(unknowns, trial, names)
+        except NotConverged:
+            continue
+        followed = True
+        gain = cost - cost_of(new, names, temper) - 0.5 * float(trial @ trial)
+        if gain > 0.0:
+            return True, (trial, new, gain)
+    return followed, None
+
+
+def _corrected(
+    slopes: dict[str, np.ndarray], old: dict[str, np.ndarray], new: dict[str, np.ndarray], moved: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Slopes (K, P) that would have foretold what a step (P,) did, otherwise as they were (Broyden 1965)."""
+    along = moved / max(float(moved @ moved), 1e-300)
+    return {name: j + np.outer(new[name] - old[name] - j @ moved, along) for name, j in slopes.items()}
 
 
 def normal_equations(

@@ -70,6 +70,7 @@ def calibrate(
             temper=temper,
             enough=CONVERGED if working else ROUGH,
             given=looked,
+            settle=number == len(PASSES) - 1,
             progress=lambda share, n=number: progress((n + share) / len(PASSES)),
         )
         z, temper = found.z, temper_of(engine, found.residuals, names)
@@ -130,6 +131,7 @@ def extended(
                 temper=temper,
                 most=MORE,
                 given=(model.fit.residuals, model.fit.slopes),
+                exact=False,
             )
             models[k] = judged(more, temper, model.variants)
     return Tried(models=tuple(sorted(models, key=lambda model: model.score)), lost=tuple(lost))
@@ -144,14 +146,20 @@ def _looked_at(
     names: tuple[str, ...],
     variants: int,
 ) -> Model | None:
+    """A first look from where the screening sends it: only slopes of the new coefficients are measured."""
     unknowns = base.unknowns.with_terms(*terms)
-    z = np.concatenate([base.z, np.zeros(unknowns.count - len(base.z))])
+    count = len(base.z)
+    z = np.concatenate([base.z, np.zeros(unknowns.count - count)])
+    low, high = unknowns.bounds()
     found = None
     for share in (1.0, 0.3, 0.05):  # a linear forecast may promise more than the sheet can follow
+        there = np.clip(z + share * (start - z), low, high)
         try:
-            found = fit(engine, unknowns, z + share * (start - z), names, temper=temper, most=0)
+            residuals, new = engine.slopes(unknowns, there, names, first=count)
         except NotConverged:
             continue
+        slopes = {name: np.hstack([base.slopes[name], new[name]]) for name in names}
+        found = fit(engine, unknowns, there, names, temper=temper, most=0, given=(residuals, slopes), settle=False)
         if found.cost < base.cost + WORSE:
             break
     return judged(found, temper, variants) if found else None

@@ -11,7 +11,7 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch import contest
 from sim1.mismatch.decide import THRESHOLDS
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import fit
+from sim1.mismatch.fit import fit, promised
 from sim1.mismatch.models import Model, Tried
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Unknowns, baseline
@@ -22,17 +22,33 @@ TRUE = np.array([0.7, -0.4])
 
 @dataclass
 class Straight:
-    """Stands for the engine: residuals that are straight in z, and a border that no simulation crosses."""
+    """Stands for the engine: residuals that are straight in z, or bent by so much, and a border that no simulation crosses."""
 
     border: float = np.inf
+    bent: float = 0.0
     patience: Patience = field(default_factory=Patience)
+    looks: int = 0  # how often slopes were asked for
 
-    def slopes(self, unknowns, z, names):
+    def slopes(self, unknowns, z, names, first=0):
+        self.looks += 1
+        slopes, bends, _ = self._numbers()
+        bent = slopes + bends * self._warped(z)[1]
+        return self.residuals(unknowns, z, names), {"only": bent[:, first:]}
+
+    def residuals(self, unknowns, z, names):
         if np.abs(z).max() > self.border:
             raise NotConverged("recording only: no next state at 1 s")
+        slopes, bends, noise = self._numbers()
+        return {"only": slopes @ (z - TRUE) + bends @ self._warped(z)[0] + noise}
+
+    def _warped(self, z):
+        off = z - TRUE
+        return self.bent * off**2, 2.0 * self.bent * off
+
+    def _numbers(self):
         stream = np.random.default_rng(1)
-        slopes = 20.0 * stream.standard_normal((300, 2))
-        return {"only": slopes @ (z - TRUE) + stream.standard_normal(300)}, {"only": slopes}
+        slopes, bends = 20.0 * stream.standard_normal((2, 300, 2))
+        return slopes, bends, stream.standard_normal(300)
 
 
 @pytest.fixture
@@ -47,6 +63,28 @@ def test_a_straight_model_is_fitted_within_its_own_interval(unknowns):
     assert found.converged
     off = found.z - TRUE
     assert off @ np.linalg.solve(found.covariance, off) < 9.2  # chi-square of two, 99 %
+
+
+def test_slopes_are_kept_between_steps_and_measured_anew_where_the_search_ends(unknowns):
+    engine = Straight(bent=0.3)
+    found = fit(engine, unknowns, np.zeros(2), ("only",), temper={"only": 1.0}, most=20)
+    measured = engine.slopes(unknowns, found.z, ("only",))[1]["only"]
+    assert found.converged
+    assert found.slopes["only"] == pytest.approx(measured)
+    assert promised(found) < 0.5
+    assert engine.looks <= 4  # the start, one or two on the way, the end, and the test's own
+
+
+def test_slopes_that_somebody_guessed_are_not_believed_at_the_end(unknowns):
+    engine = Straight(bent=0.3)
+    residuals, slopes = engine.slopes(unknowns, np.zeros(2), ("only",))
+    wrong = {"only": slopes["only"][:, ::-1]}
+    found = fit(
+        engine, unknowns, np.zeros(2), ("only",), temper={"only": 1.0}, given=(residuals, wrong), exact=False, most=20
+    )
+    straight = fit(engine, unknowns, np.zeros(2), ("only",), temper={"only": 1.0}, most=20)
+    assert found.converged
+    assert found.cost == pytest.approx(straight.cost, abs=0.5)
 
 
 def test_a_sample_that_counts_a_fourth_doubles_the_deviation(unknowns):

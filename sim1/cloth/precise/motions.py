@@ -17,10 +17,11 @@ NOT_NUMBERS = ("table_z_m",)
 
 @dataclass
 class Motion:
-    """A simulated motion with its twins' leads."""
+    """A simulated motion with the leads of its twins, or of a neighbour's."""
 
     world: World
     shapes_m: np.ndarray  # (T, V, 3)
+    origin: World  # from which the twins differ
     twins: list[World]
     leads_m: list[np.ndarray]  # (T, V, 3) each
 
@@ -51,29 +52,38 @@ class Motions:
         return motion.shapes_m + min(1.0, FARTHEST_M / max(far, 1e-12)) * change
 
     def keep(self, worlds: list[World], shapes_m: np.ndarray, leads_m: np.ndarray) -> None:
-        """Remember a motion; `leads_m` (P - 1, T, V, 3) of its twins."""
+        """Remember a motion; `leads_m` (P - 1, T, V, 3) of its twins.
+
+        A motion without twins is given those of the one that foretold it: its leads have hardly turned.
+        """
         for motion in self._kept:
-            if motion.world == worlds[0] and motion.shapes_m.shape == shapes_m.shape:
+            if motion.world == worlds[0] == motion.origin:
                 motion.twins += worlds[1:]
                 motion.leads_m += list(leads_m)
                 return
-        motion = Motion(world=worlds[0], shapes_m=shapes_m, twins=worlds[1:], leads_m=list(leads_m))
-        self._kept = [*self._kept[-KEPT + 1 :], motion]
+        if len(worlds) == 1 and self._kept:
+            last = self._kept[-1]
+            origin, twins, leads = last.origin, last.twins, last.leads_m
+        else:
+            origin, twins, leads = worlds[0], list(worlds[1:]), list(leads_m)
+        motion = Motion(world=worlds[0], shapes_m=shapes_m, origin=origin, twins=twins, leads_m=leads)
+        others = [other for other in self._kept if other.world != worlds[0]]
+        self._kept = [*others[-KEPT + 1 :], motion]
 
 
 def _along(motion: Motion, world: World) -> tuple[float, np.ndarray]:
     """How far a world is from a motion's, in steps of its twins, and how much of each twin's lead leads there."""
-    rows = [_numbers(w) for w in (motion.world, world, *motion.twins)]
+    rows = [_numbers(w) for w in (motion.world, world, motion.origin, *motion.twins)]
     table = np.array(rows)
     positive = (table > 0).all(0)
     table[:, positive] = np.log(table[:, positive])
-    base, asked, twins = table[0], table[1], table[2:]
+    base, asked, origin, twins = table[0], table[1], table[2], table[3:]
     wanted = asked - base
     if not wanted.any():
         return 0.0, np.zeros(len(twins))
     if not len(twins):
         return float(np.abs(wanted).sum()) * 1e6, np.zeros(0)
-    steps = twins - base
+    steps = twins - origin
     scale = np.maximum(np.abs(steps).max(0), 1e-9)
     along = np.linalg.lstsq((steps / scale).T, wanted / scale, rcond=1e-6)[0]
     left = np.abs((steps.T @ along - wanted) / scale).sum()
