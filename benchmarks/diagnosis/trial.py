@@ -15,6 +15,7 @@ from sim1.mismatch.assimilate import Forces
 from sim1.mismatch.decide import THRESHOLDS, mean_square, rating
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.findings import verdict_of
+from sim1.mismatch.fit import Fit, cost_of
 from sim1.mismatch.model_file import deviations, interval
 from sim1.recording.bundle import read_bundle
 
@@ -42,6 +43,7 @@ class Trial(pydantic.BaseModel):
     named: list[str]  # best model's effects, if the verdict speaks of any
     gains: dict[str, float]  # of the models that were fitted, over the baseline, nats
     misfits: dict[str, float]  # of all models, the baseline under ""
+    costs: dict[str, dict[str, tuple[float, float]]]  # likewise, by recording: nats, and mean square
     effects: dict[str, dict[str, Number]]
     baseline: dict[str, Number]
     fit_mm: tuple[float, float]  # baseline, augmented, from rest and drives alone
@@ -59,6 +61,10 @@ class Trial(pydantic.BaseModel):
         if not set(self.concealed) <= set(EFFECTS):  # outside the table
             return self.verdict in ("unknown", "ambiguous")
         return self.verdict == "named" and sorted(self.named) == sorted(self.concealed)
+
+
+def _by_recording(fit: Fit) -> dict[str, tuple[float, float]]:
+    return {name: (cost_of(fit.residuals, (name,), fit.temper), mean_square(fit, (name,))) for name in fit.names}
 
 
 def run_trial(folder: Path) -> Trial:
@@ -80,6 +86,7 @@ def run_trial(folder: Path) -> Trial:
         named=sorted(effect.name for effect in verdict.missing_physics),
         gains=_gains(found),
         misfits={" + ".join(model.terms): mean_square(model.fit) for model in found.models},
+        costs={" + ".join(model.terms): _by_recording(model.fit) for model in found.models},
         effects={
             effect.name: {
                 name: Number(value=c.value, low=c.ci95[0], high=c.ci95[1], true=true.get(effect.name, {}).get(name))

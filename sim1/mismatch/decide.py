@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim1.mismatch.fit import Fit
+from sim1.mismatch.fit import Fit, cost_of
 from sim1.mismatch.models import Model
 
 GROSS = 25.0  # squared residuals count no more than this: a marker that was mislabelled is not physics
@@ -21,8 +21,11 @@ class Thresholds:
     margin_share: float = 0.002  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
-    explained: float = 0.5  # of the baseline's excess over noise and mesh that a named model must explain,
-    left: float = 1.1  # unless it leaves no more than this mean square
+    explained: float = (
+        0.5  # of the baseline's excess over noise and mesh that a named model must explain where it acts,
+    )
+    left: float = 1.1  # unless it leaves no more than this mean square there
+    acts: float = 0.1  # of what it gains in all recordings together: a recording with so much is one where it acts
 
 
 THRESHOLDS = Thresholds()
@@ -59,10 +62,29 @@ def gain_of(pool: list[Model], model: Model, thresholds: Thresholds) -> float:
     return rating(null_of(pool), thresholds) - rating(model, thresholds)
 
 
-def mean_square(fit: Fit) -> float:
-    """Mean squared residual, gross errors capped, in units of its variance."""
-    values = np.concatenate([fit.residuals[name] for name in fit.names])
+def mean_square(fit: Fit, names: tuple[str, ...] = ()) -> float:
+    """Mean squared residual of some recordings, or all, gross errors capped, in units of its variance."""
+    values = np.concatenate([fit.residuals[name] for name in names or fit.names])
     return float(np.mean(np.minimum(values**2, GROSS)))
+
+
+def where_it_acts(null: Fit, model: Fit, thresholds: Thresholds) -> tuple[str, ...]:
+    """Recordings in which a model gains most of what it gains. What is wrong in others, wrinkles say, is no witness against it."""
+    gains = {
+        name: cost_of(null.residuals, (name,), null.temper) - cost_of(model.residuals, (name,), model.temper)
+        for name in model.names
+    }
+    total = sum(max(gain, 0.0) for gain in gains.values())
+    return tuple(name for name, gain in gains.items() if gain > thresholds.acts * total)
+
+
+def explains(null: Fit, model: Fit, thresholds: Thresholds) -> bool:
+    """Whether a model explains enough of the excess over noise and mesh, or leaves next to none, where it acts."""
+    names = where_it_acts(null, model, thresholds)
+    if not names:
+        return False
+    before, after = mean_square(null, names), mean_square(model, names)
+    return after <= thresholds.left or before - after >= thresholds.explained * (before - 1.0)
 
 
 def decide(pool: list[Model], thresholds: Thresholds) -> Decision:
@@ -73,8 +95,7 @@ def decide(pool: list[Model], thresholds: Thresholds) -> Decision:
         return _unchanged("none" if before < thresholds.misfit else "unknown", null, before)
     best = _simplest(pool, best, thresholds)
     gain, after = gain_of(pool, best, thresholds), mean_square(best.fit)
-    explained = (before - after) / max(before - 1.0, 1e-9)
-    if after > thresholds.left and explained < thresholds.explained:
+    if not explains(null.fit, best.fit, thresholds):
         return _unchanged("unknown", null, before)
     close = max(thresholds.margin, thresholds.margin_share * gain)
     rivals = tuple(

@@ -20,6 +20,7 @@ def trial(case: str, concealed: list[str], verdict: str, named: list[str], low: 
         named=named,
         gains={"air_drag": 80.0, "wind": 60.0, "air_drag + wind": 90.0},
         misfits={"": 1.5, "air_drag": 1.0},
+        costs={"": {"swing": (90.0, 1.5)}, "air_drag": {"swing": (10.0, 1.0)}},
         effects={name: {"c": number} for name in named},
         baseline={"poisson": number},
         fit_mm=(1.0, 0.5),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_bundle import empty_bundle
 
-from sim1.mismatch.decide import THRESHOLDS, decide
+from sim1.mismatch.decide import THRESHOLDS, decide, explains, mean_square, where_it_acts
 from sim1.mismatch.fit import Fit, loss
 from sim1.mismatch.models import Model
 from sim1.mismatch.search import baseline
@@ -57,6 +57,29 @@ def test_a_model_that_leaves_most_of_the_excess_is_unknown(unknowns):
     assert verdict(unknowns, {("air_drag",): 500.0}, misfits) == ("unknown", ())
     misfits[("air_drag",)] = 3.0
     assert verdict(unknowns, {("air_drag",): 500.0}, misfits) == ("named", ("air_drag",))
+
+
+def test_a_recording_in_which_an_effect_does_nothing_is_no_witness_against_it(unknowns):
+    """A sheet that wrinkles in shear is wrong with and without it."""
+    names, fits = ("pulled", "wrinkled"), []
+    for mean_squares in ((2.0, 4.0), (1.2, 4.0)):
+        residuals = {name: np.full(400, np.sqrt(value)) for name, value in zip(names, mean_squares, strict=True)}
+        slopes = {name: np.zeros((400, 0)) for name in names}
+        fits.append(
+            Fit(
+                unknowns=unknowns,
+                z=np.zeros(0),
+                names=names,
+                residuals=residuals,
+                slopes=slopes,
+                temper=dict.fromkeys(names, 1.0),
+                converged=True,
+            )
+        )
+    null, better = fits
+    assert where_it_acts(null, better, THRESHOLDS) == ("pulled",)
+    assert explains(null, better, THRESHOLDS)
+    assert mean_square(null) - mean_square(better) < THRESHOLDS.explained * (mean_square(null) - 1.0)
 
 
 def test_a_small_excess_that_a_model_leaves_is_unknown_too(unknowns):
