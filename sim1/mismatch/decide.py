@@ -79,12 +79,14 @@ def where_it_acts(null: Fit, model: Fit, thresholds: Thresholds) -> tuple[str, .
 
 
 def explains(null: Fit, model: Fit, thresholds: Thresholds) -> bool:
-    """Whether a model explains enough of the excess over noise and mesh, or leaves next to none, where it acts."""
+    """Whether a model leaves next to no excess over noise and mesh, or explains enough of what there is where it acts."""
+    if mean_square(model) <= thresholds.left:
+        return True
     names = where_it_acts(null, model, thresholds)
     if not names:
         return False
     before, after = mean_square(null, names), mean_square(model, names)
-    return after <= thresholds.left or before - after >= thresholds.explained * (before - 1.0)
+    return before > thresholds.left and before - after >= thresholds.explained * (before - 1.0)
 
 
 def decide(pool: list[Model], thresholds: Thresholds) -> Decision:

@@ -43,9 +43,9 @@ class Prices(Strict):
     margin: float
     second: float  # what one effect more has to gain over the first,
     second_share: float  # also in units of the first's gain
-    explained: float  # share of the baseline's excess misfit, unless the model leaves at most `left`,
+    explained: float  # share of the excess misfit, in recordings with `acts` of its gain, unless it leaves at most `left` in all
     left: float
-    acts: float  # in recordings with so much of its gain
+    acts: float
 
 
 class Summary(Strict):

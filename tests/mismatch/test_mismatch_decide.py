@@ -38,6 +38,19 @@ def pool_of(unknowns, gains, misfits=None):
     return pool
 
 
+def fitted(unknowns, **mean_squares):
+    """A fit by the mean squares of its recordings' residuals."""
+    return Fit(
+        unknowns=unknowns,
+        z=np.zeros(0),
+        names=tuple(mean_squares),
+        residuals={name: np.full(400, np.sqrt(value)) for name, value in mean_squares.items()},
+        slopes={name: np.zeros((400, 0)) for name in mean_squares},
+        temper=dict.fromkeys(mean_squares, 1.0),
+        converged=True,
+    )
+
+
 def verdict(unknowns, gains, misfits=None):
     found = decide(pool_of(unknowns, gains, misfits), THRESHOLDS)
     return found.verdict, found.chosen.terms
@@ -61,25 +74,18 @@ def test_a_model_that_leaves_most_of_the_excess_is_unknown(unknowns):
 
 def test_a_recording_in_which_an_effect_does_nothing_is_no_witness_against_it(unknowns):
     """A sheet that wrinkles in shear is wrong with and without it."""
-    names, fits = ("pulled", "wrinkled"), []
-    for mean_squares in ((2.0, 4.0), (1.2, 4.0)):
-        residuals = {name: np.full(400, np.sqrt(value)) for name, value in zip(names, mean_squares, strict=True)}
-        slopes = {name: np.zeros((400, 0)) for name in names}
-        fits.append(
-            Fit(
-                unknowns=unknowns,
-                z=np.zeros(0),
-                names=names,
-                residuals=residuals,
-                slopes=slopes,
-                temper=dict.fromkeys(names, 1.0),
-                converged=True,
-            )
-        )
-    null, better = fits
+    null = fitted(unknowns, pulled=2.0, wrinkled=4.0)
+    better = fitted(unknowns, pulled=1.2, wrinkled=4.0)
     assert where_it_acts(null, better, THRESHOLDS) == ("pulled",)
     assert explains(null, better, THRESHOLDS)
     assert mean_square(null) - mean_square(better) < THRESHOLDS.explained * (mean_square(null) - 1.0)
+
+
+def test_fitting_better_what_fitted_already_explains_no_excess_elsewhere(unknowns):
+    """A magnet: a tilt helps where there was no excess, and what the magnet does is left as it was."""
+    fits = fitted(unknowns, easy=0.95, pushed=1.75), fitted(unknowns, easy=0.85, pushed=1.75)
+    assert where_it_acts(*fits, THRESHOLDS) == ("easy",)
+    assert not explains(*fits, THRESHOLDS)
 
 
 def test_a_small_excess_that_a_model_leaves_is_unknown_too(unknowns):

@@ -5,11 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from small_bundle import SIDE_M, empty_bundle
 
+from sim1.cloth.precise.arrays import RETAINED, YIELD
+from sim1.cloth.precise.memory import fold
 from sim1.cloth.precise.mesh import square_sheet
 from sim1.cloth.precise.scene import prepare
+from sim1.cloth.precise.simulate import simulate
 from sim1.cloth.precise.start import spread_over
+from sim1.mismatch.search import baseline
 from sim1.stage import BadInput
 
 HANGING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # (u, v) to (x, y, z)
@@ -78,3 +83,44 @@ def test_shape_and_velocity_of_a_start_in_motion_come_from_the_first_frames(bund
     scene = prepare(bundle, replace(recording, starts="moving", time_s=time, markers_m=markers), 1 / 60)
     np.testing.assert_allclose(scene.start_velocity, np.broadcast_to(velocity, scene.start.shape), atol=1e-6)
     np.testing.assert_allclose(scene.start[:, 1], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("memory", [{"hysteresis_n": 2e-4, "turn_1_m": 3.0}, {"yield_1_m": 4.0, "retained": 0.5}])
+def test_a_sheet_that_remembers_how_it_was_bent_rests_where_it_starts(memory):
+    """Held out level by its edge it sags; what yarns that rub, or folds, keep of that bend is part of its balance."""
+    bundle = empty_bundle(duration_s=0.6, motions=1)
+    (recording,), held = bundle.recordings, np.arange(14)  # two rows: they hold its slope too
+    track, material = recording.drives["bar"], bundle.mesh.material_m[held]
+    places = np.column_stack([material[:, 0] - SIDE_M / 2, np.zeros(14), -material[:, 1]])
+    turn = Rotation.from_euler("x", 60, degrees=True).as_quat(scalar_first=True)
+    level = replace(
+        track,
+        rotation_wxyz=np.tile(turn, (len(track.time_s), 1)),
+        position_m=np.tile(track.position_m[:1], (len(track.time_s), 1)),
+    )
+    hold = replace(recording.holds[0], vertices=held, places_m=places)
+    recording = replace(recording, drives={"bar": level}, holds=(hold,))
+    bundle = replace(bundle, recordings=(recording,))
+    scene = prepare(bundle, recording, 1 / 120)
+    unknowns = baseline(bundle)
+    plain = unknowns.world(np.zeros(unknowns.count))
+    sags, forgets = simulate(scene, [replace(plain, **memory)]), simulate(scene, [plain])
+    assert np.abs(sags.rest_m - forgets.rest_m).max() > 5e-4
+    assert np.abs(sags.shapes_m - sags.rest_m).max() < 1e-4
+
+
+def test_a_fold_keeps_its_share_and_is_harder_to_bend_back():
+    kept, scalar, crease = 0.4, np.zeros(40), np.zeros((1, 6))
+    scalar[RETAINED], scalar[YIELD] = kept, 10.0
+
+    def bend(to):
+        fold(np.full((1, 3), float(to)), scalar, crease)
+        return crease[0, 0]
+
+    assert bend(9.0) == 0.0
+    assert bend(30.0) == pytest.approx(kept * 20.0)
+    assert bend(0.0) == pytest.approx(kept * 20.0)  # 8 from its rest: within the yield
+    assert bend(-10.0) == pytest.approx(kept * 20.0)  # 18 from it, and 10 + 12 are asked by now
+    back = bend(-20.0)  # 6 beyond that
+    assert back == pytest.approx(kept * (20.0 - 6.0))
+    assert bend(-20.0) == pytest.approx(back)

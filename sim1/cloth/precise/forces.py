@@ -74,7 +74,7 @@ def normal_of(x, net, c):
 def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, target, held_on, out):
     """Inertia less forces (V, 3) [N] of world `p` at shape `x`, velocity `v`, acceleration `acc`.
 
-    `curvature` and `moment` (C, 3) are those of the step before, `crease` (C, 3) the curvature that folds have kept,
+    `curvature` and `moment` (C, 3) are those of the step before, `crease` (C, 6) the curvature that folds have kept, and how much they ever yielded,
     `target` (H, 3) where grips want their vertices, `sliding` the speed below which friction is regularised [m/s].
     """
     s = cloth.scalar[p]

@@ -26,7 +26,7 @@ def lacking_force(scene: Scene, model: World, plain: World, shapes_m: np.ndarray
     net = scene.net
     cloth = pack(scene.sheet, [cloth_part(model, plain), plain], scene.clamped, scene.rim)
     stencils, steps = len(net.first) - 1, len(shapes_m)
-    curvature, moment, crease = (np.zeros((2, stencils, 3)) for _ in range(3))
+    curvature, moment, crease = (np.zeros((2, stencils, size)) for size in (3, 3, 6))
     now, nowhere = np.zeros((stencils, 3)), np.zeros((len(net.held), 3))
     free = np.zeros(len(net.held), bool)
     settle(np.repeat(shapes_m[:1], 2, axis=0), net, cloth, curvature, moment, crease)

@@ -62,7 +62,7 @@ def march(
     full, pivot = np.empty((3 * size, 3 * (band.shape[1] - 1) + 1)), np.empty(3 * size, np.int32)
     out = np.empty((size, 3))
     now = np.zeros((stencils, 3))
-    curvature, moment, crease = (np.zeros((count, stencils, 3)) for _ in range(3))
+    curvature, moment, crease = (np.zeros((count, stencils, size)) for size in (3, 3, 6))
     offset = np.zeros((count, turns.shape[1], 3))
     targets = np.empty((count, len(net.held), 3))
     size_of, lost = np.ones(count), np.zeros(count, bool)

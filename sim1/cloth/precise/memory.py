@@ -23,14 +23,30 @@ def curvatures(x, net, out):
 
 @njit(cache=True, nogil=True)
 def settle(x, net, cloth, curvature, moment, crease):
-    """Curvature at the start, and what folds that are there have kept, of every world."""
+    """Curvature, friction moment and what folds have kept at the start, of every world: all bent from flat, once."""
     for p in range(len(x)):
         curvatures(x[p], net, curvature[p])
-        for c in range(curvature.shape[1]):
-            for k in range(3):
-                beyond = abs(curvature[p, c, k]) - cloth.scalar[p, YIELD]
-                if beyond > 0.0:
-                    crease[p, c, k] = cloth.scalar[p, RETAINED] * beyond * (1.0 if curvature[p, c, k] > 0.0 else -1.0)
+        crease[p] = 0.0
+        fold(curvature[p], cloth.scalar[p], crease[p])
+        moment[p] = curvature[p] / (1.0 + np.abs(curvature[p]) / cloth.scalar[p, TURN_CURVATURE])
+
+
+@njit(cache=True, nogil=True)
+def fold(curvature, scalar, crease):
+    """Let folds keep a share of what `curvature` (C, 3) is beyond yield; the rest of it raises the yield, whichever way it was bent.
+
+    `crease` (C, 6): curvature that is kept, and all that ever was, backwards and forwards.
+    """
+    kept = scalar[RETAINED]
+    if kept == 0.0:
+        return
+    for c in range(len(crease)):
+        for k in range(3):
+            elastic = curvature[c, k] - crease[c, k]
+            beyond = abs(elastic) - scalar[YIELD] - (1.0 - kept) / kept * crease[c, 3 + k]
+            if beyond > 0.0:
+                crease[c, k] += kept * beyond * (1.0 if elastic > 0.0 else -1.0)
+                crease[c, 3 + k] += kept * beyond
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
@@ -44,9 +60,7 @@ def remember(x, net, scalar, curvature, moment, crease, now):
             change = now[c, k] - curvature[c, k]
             moment[c, k] = (moment[c, k] + change) / (1.0 + abs(change) / scalar[TURN_CURVATURE])
             curvature[c, k] = now[c, k]
-            beyond = abs(now[c, k]) - scalar[YIELD]
-            if beyond > 0.0 and scalar[RETAINED] * beyond > abs(crease[c, k]):
-                crease[c, k] = scalar[RETAINED] * beyond * (1.0 if now[c, k] > 0.0 else -1.0)
+    fold(now, scalar, crease)
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
