@@ -1,17 +1,20 @@
 """`forces.npz`: the located force at every marker, by recording. `NAME/time_s` (T,) and `NAME/force_n` (T, M, 3), float32."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim1.mismatch.assimilate import Forces
 from sim1.stage import BadInput
+
+if TYPE_CHECKING:
+    from sim1.mismatch.assimilate import Forces  # reading the file needs no simulator
 
 type ForceCourses = dict[str, tuple[np.ndarray, np.ndarray]]
 """Recording -> time_s (T,) and force_n (T, M, 3), markers by rising number."""
 
 
-def write_forces(path: Path, forces: tuple[Forces, ...]) -> None:
+def write_forces(path: Path, forces: "tuple[Forces, ...]") -> None:
     """Write the forces of all recordings."""
     arrays = {}
     for one in forces:

@@ -47,7 +47,7 @@ def test_the_files_read_back_and_the_page_says_the_verdict(dragged):
     assert [effect["name"] for effect in read_physics(out / "model.yaml").effects] == ["air_drag"]
     assert read_physics(out / "baseline.yaml").effects == ()
     assert "air_drag" in (out / "report.html").read_text()
-    assert [row.name for row in read_summary(out / "summary.json").ranking][0] == "air_drag"
+    assert read_summary(out / "summary.json").ranking[0].name == "air_drag"
     forces = read_forces(out / "forces.npz")
     assert set(forces) == {"swing_0", "swing_1", "swing_2"}
     assert all(force.shape == (len(time), 16, 3) and force.dtype == np.float32 for time, force in forces.values())
