@@ -10,7 +10,12 @@ Bundle = Annotated[Path, typer.Argument(help="Folder with bundle.yaml, format si
 
 def diagnose(
     bundle: Bundle,
-    out: Annotated[Path, typer.Option(help="Folder for verdict.json, model.yaml, baseline.yaml and report.html.")],
+    out: Annotated[
+        Path,
+        typer.Option(
+            help="Folder for verdict.json, summary.json, model.yaml, baseline.yaml, forces.npz and report.html."
+        ),
+    ],
     budget_minutes: Annotated[
         float | None,
         typer.Option(

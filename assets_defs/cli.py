@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from assets_defs._diagnose import diagnose, predict
+from assets_defs._prove import prove
 from assets_defs._recordings import recordings
 
 app = typer.Typer(
@@ -21,6 +22,7 @@ app = typer.Typer(
 app.add_typer(recordings, name="recordings")
 app.command()(diagnose)
 app.command()(predict)
+app.command()(prove)
 
 Profile = Annotated[
     str | None, typer.Option(help="Sizes: smoke, quick or paper. Default: that of the last run of everything.")
@@ -166,3 +168,7 @@ def ui(
 def main() -> None:
     """Entry point."""
     app()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,1 +1,1 @@
-"""Diagnoses of bundles whose answers are known: what is found, how far off, how long it takes."""
+"""The simulator of the diagnosis against bundles whose answers are known."""

@@ -1,4 +1,4 @@
-"""A diagnosis as files: `verdict.json`, `model.yaml`, `baseline.yaml`, `report.html`."""
+"""A diagnosis as files: `verdict.json`, `summary.json`, `model.yaml`, `baseline.yaml`, `forces.npz`, `report.html`."""
 
 import math
 import os
@@ -14,6 +14,7 @@ from sim1.mismatch.decide import THRESHOLDS, Thresholds, mean_square, rating
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
 from sim1.mismatch.fit import promised
+from sim1.mismatch.forces_file import write_forces
 from sim1.mismatch.model_file import deviations, effect_entry, interval, physics_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.page import write_page
@@ -65,11 +66,13 @@ def run_diagnosis(
     out.mkdir(parents=True, exist_ok=True)
     _whole(out / "model.yaml", lambda path: write_physics(path, physics_of(given, found.chosen.fit)))
     _whole(out / "baseline.yaml", lambda path: write_physics(path, physics_of(given, found.baseline.fit)))
-    verdict = verdict_of(given, found)
+    verdict, summary = verdict_of(given, found), summary_of(found)
+    _whole(out / "summary.json", lambda path: write_json(path, summary))
+    _whole(out / "forces.npz", lambda path: write_forces(path, found.located.forces))
     _whole(out / "verdict.json", lambda path: write_json(path, verdict))
     with tempfile.TemporaryDirectory() as pictures:
         draw_pictures(Path(pictures), given, found)
-        _whole(out / "report.html", lambda path: write_page(path, verdict, summary_of(found), Path(pictures)))
+        _whole(out / "report.html", lambda path: write_page(path, verdict, summary, Path(pictures)))
     progress(1.0, "done")
     return verdict
 

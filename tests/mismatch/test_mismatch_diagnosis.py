@@ -10,8 +10,10 @@ from small_bundle import empty_bundle, filmed
 from sim1.cloth.physics import read_physics
 from sim1.mismatch.diagnose import diagnose
 from sim1.mismatch.findings import run_diagnosis
+from sim1.mismatch.forces_file import read_forces
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.predict import predict_files
+from sim1.mismatch.summary import read_summary
 from sim1.mismatch.verdict import read_verdict
 from sim1.recording.bundle import write_bundle
 from sim1.stage import BadInput
@@ -45,6 +47,10 @@ def test_the_files_read_back_and_the_page_says_the_verdict(dragged):
     assert [effect["name"] for effect in read_physics(out / "model.yaml").effects] == ["air_drag"]
     assert read_physics(out / "baseline.yaml").effects == ()
     assert "air_drag" in (out / "report.html").read_text()
+    assert read_summary(out / "summary.json").ranking[0].name == "air_drag"
+    forces = read_forces(out / "forces.npz")
+    assert set(forces) == {"swing_0", "swing_1", "swing_2"}
+    assert all(force.shape == (len(time), 16, 3) and force.dtype == np.float32 for time, force in forces.values())
     assert not list(out.glob("*.part"))
     assert shares == sorted(shares)
     assert shares[-1] == 1.0

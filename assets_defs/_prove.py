@@ -1,0 +1,109 @@
+"""`sim1 prove`: does the diagnosis name what was concealed? Cases drawn by chance, answers committed to, all scored."""
+
+import os
+import shlex
+import signal
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+
+def prove(
+    cases: Annotated[int | None, typer.Option(min=1, help="Cases to draw; from 60 on, every effect is there.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of the draw; fresh entropy where not given.")] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the campaign; one that is there goes on.")] = Path("build/proof"),
+    strength: Annotated[
+        Literal["weak", "medium", "strong"] | None, typer.Option(help="Of the concealed effects; medium.")
+    ] = None,
+    cases_file: Annotated[
+        Path | None,
+        typer.Option(help="YAML list of {effects: [..], strength: medium, seed: 1}: chosen cases in place of drawn."),
+    ] = None,
+    laboratory: Annotated[
+        str | None, typer.Option(help="Command that films; default: this project's benchmarks.concealed.")
+    ] = None,
+    parallel: Annotated[int, typer.Option(min=1, help="Cases at once; a diagnosis alone uses all cores.")] = 1,
+    limit_minutes: Annotated[float, typer.Option(min=0.1, help="A diagnosis that takes longer has failed.")] = 60.0,
+    only_films: Annotated[bool, typer.Option("--only-films", help="Film and commit, diagnose nothing.")] = False,
+    report: Annotated[bool, typer.Option("--report", help="Score again and rewrite the page, no more.")] = False,
+) -> None:
+    """Prove on concealed cases what `sim1 diagnose` can do. A killed campaign goes on where it was."""
+    from assets_defs._lock import Taken, exclusive
+    from sim1.proof.report import rewrite
+    from sim1.proof.start import Wish
+    from sim1.stage import BadInput
+
+    root = out.resolve()
+    wish = Wish(
+        cases=cases,
+        cases_file=cases_file,
+        seed=seed,
+        strength=strength,
+        laboratory=tuple(shlex.split(laboratory)) if laboratory else None,
+    )
+    try:
+        with exclusive(root / "campaign.lock"):
+            from sim1.proof.files import Files
+
+            found = rewrite(Files(root)) if report else _run(root, wish, parallel, 60 * limit_minutes, only_films)
+    except BadInput as error:
+        _stop(str(error))
+    except Taken as taken:
+        _stop(f"{out}: process {taken.holder} works on this campaign; wait for it or end it")
+    except KeyboardInterrupt:
+        typer.secho(f"stopped; `sim1 prove --out {out}` goes on where it was", err=True)
+        raise typer.Exit(130) from None
+    from sim1.proof.page import said
+
+    totals = found.totals
+    print(
+        f"{len(found.outcomes)} of {found.drawn} cases scored: single effects named {said(totals.named)}; "
+        f"nothing missing called none {said(totals.nulls_called_none)}; {out / 'proof.html'}"
+    )
+
+
+def _run(root: Path, wish, parallel: int, limit_s: float, only_films: bool):
+    import sim1
+    from pipeline.home import REPOSITORY
+    from sim1.proof.campaign import Campaign
+    from sim1.proof.files import Files
+    from sim1.proof.prove import prove
+    from sim1.proof.seal import code_sha256, read_commitments
+    from sim1.proof.start import open_campaign
+
+    files, package = Files(root), Path(sim1.__file__).parent
+    films_here = (sys.executable, "-m", "benchmarks.concealed")
+    drawn = open_campaign(files, wish, films_here, REPOSITORY, code_sha256(package))
+    made = read_commitments(root)[0]
+    _say(f"{len(drawn.cases)} cases, committed at {made.at} to {made.sha256['answers/drawn.json']}")
+    campaign = Campaign(
+        files=files,
+        drawn=drawn,
+        home=REPOSITORY,
+        diagnose=(sys.executable, "-P", "-m", "assets_defs.cli", "diagnose"),
+        environment={**os.environ, "PYTHONPATH": str(package.parent)},  # this code, wherever it is started
+        package=package,
+        tell=_say,
+        parallel=parallel,
+        limit_s=limit_s,
+    )
+    before = signal.signal(signal.SIGTERM, _interrupt)  # a plain `kill` ends the diagnosis too
+    try:
+        return prove(campaign, only_films=only_films)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)
+
+
+def _interrupt(number, frame) -> None:
+    raise KeyboardInterrupt
+
+
+def _stop(message: str) -> None:
+    typer.secho(f"sim1: {message}", fg="red", err=True)
+    raise typer.Exit(2)

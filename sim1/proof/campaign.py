@@ -1,0 +1,150 @@
+"""Film, commit, diagnose, score: one case after the other, or several at once. What is whole stays, whatever happens."""
+
+import shutil
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from os import cpu_count, getpid
+from pathlib import Path
+from threading import Lock
+
+from sim1.mismatch.strict_json import read_json
+from sim1.proof.draw import Case
+from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
+from sim1.proof.laboratory import Laboratory, filmed
+from sim1.proof.processes import NotDone, Processes
+from sim1.proof.seal import code_sha256, commit
+from sim1.stage import BadInput
+
+LIMIT_S = 3600.0  # that a diagnosis may take: one that hangs must not hold up the others
+LOG = "diagnose.log"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Campaign:
+    """What a campaign works with."""
+
+    files: Files
+    drawn: Drawn
+    home: Path  # where the laboratory runs
+    diagnose: tuple[str, ...]  # command; a bundle and --out FOLDER are put behind it
+    environment: Mapping[str, str]  # of the diagnosis
+    package: Path  # folder of the diagnosing code
+    tell: Callable[[str], None]  # lines for a person
+    parallel: int = 1
+    limit_s: float = LIMIT_S
+    processes: Processes = field(default_factory=Processes)
+    lock: Lock = field(default_factory=Lock)  # of the commitments
+
+    def cases(self) -> dict[str, Case]:
+        """Names and what was drawn."""
+        return dict(zip(case_names(len(self.drawn.cases)), self.drawn.cases, strict=True))
+
+
+def run_campaign(campaign: Campaign, *, only_films: bool = False) -> Iterator[Record]:
+    """Do what is not done yet; gives each case's record when it is there, those of earlier runs first.
+
+    With `only_films`, cases are filmed and committed to, and nothing is diagnosed. An interruption ends all that runs, and raises on.
+    """
+    files, todo = campaign.files, []
+    for scratch in (files.root / "found").glob(".*"):
+        shutil.rmtree(scratch)
+    for case in campaign.cases():
+        record = read_record(files, case)
+        if record is not None and record.step == "diagnose":
+            yield record
+        else:  # not begun, or not begun to be diagnosed
+            todo.append(case)
+    work = _prepare if only_films else _whole_case
+    with ThreadPoolExecutor(campaign.parallel) as pool:
+        running = [pool.submit(work, campaign, case) for case in todo]
+        try:
+            for future in as_completed(running):
+                if (record := future.result()) is not None:
+                    yield record
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            campaign.processes.stop()
+            raise
+
+
+def read_record(files: Files, case: str) -> Record | None:
+    """How a case ended; None where it has not.
+
+    Raises:
+        BadInput: the file is damaged.
+    """
+    path = files.record(case)
+    return read_json(path, Record, "remove the file to have the case diagnosed again") if path.is_file() else None
+
+
+def _whole_case(campaign: Campaign, case: str) -> Record | None:
+    return _prepare(campaign, case) or _diagnosed(campaign, case)
+
+
+def _prepare(campaign: Campaign, case: str) -> Record | None:
+    """Film a case unless that is done, and commit to its answers. Returns a record only where that fails."""
+    files, asked = campaign.files, campaign.cases()[case]
+    answers, code = files.answers(case), code_sha256(campaign.package)
+    files.record(case).unlink(missing_ok=True)
+    try:
+        if not filmed(files.bundle(case), answers):
+            campaign.tell(f"{case}: filming")
+            laboratory = Laboratory(command=campaign.drawn.laboratory, home=campaign.home)
+            laboratory.film(asked, files.bundle(case), answers, campaign.processes)
+    except NotDone as error:
+        campaign.tell(f"{case}: not filmed; {files.record(case)} says why")
+        return _record(campaign, case, "film", error=str(error), code=code)
+    try:
+        with campaign.lock:
+            made = commit(files.root, case, [answers, answers.with_suffix(".npz")], code)
+    except BadInput as error:
+        return _record(campaign, case, "seal", error=str(error), code=code)
+    hashes = ", ".join(f"{name} {hashed}" for name, hashed in made.sha256.items())
+    campaign.tell(f"{case}: committed at {made.at} to {hashes}")
+    return None
+
+
+def _diagnosed(campaign: Campaign, case: str) -> Record:
+    """Diagnose a case from its bundle alone, in a process of its own."""
+    files, before = campaign.files, code_sha256(campaign.package)
+    bundle, found, scratch = files.bundle(case), files.found(case), files.found(f".{case}.{getpid()}")
+    shutil.rmtree(found, ignore_errors=True)
+    scratch.mkdir(
+        parents=True
+    )  # of this process: one that was killed may have left a diagnosis that still runs and writes
+    campaign.tell(f"{case}: diagnosing")
+    error, began = None, time.monotonic()
+    try:
+        said = campaign.processes.run(
+            [*campaign.diagnose, str(bundle), "--out", str(scratch)],
+            cwd=bundle,
+            env=campaign.environment,
+            limit_s=campaign.limit_s,
+        )
+        (scratch / LOG).write_text(said)
+        if not (scratch / "verdict.json").is_file():
+            error = "the diagnosis ended well and wrote no verdict.json"
+    except NotDone as failure:
+        error = str(failure)
+    seconds = time.monotonic() - began
+    scratch.rename(found)
+    return _record(campaign, case, "diagnose", error=error, seconds=seconds, code=before)
+
+
+def _record(
+    campaign: Campaign, case: str, step: str, *, error: str | None, code: str, seconds: float | None = None
+) -> Record:
+    record = Record(
+        case=case,
+        step=step,
+        error=error,
+        seconds=None if seconds is None else round(seconds, 3),
+        code_sha256=code,
+        code_changed=code_sha256(campaign.package) != code,
+        cores=cpu_count() or 1,
+        parallel=campaign.parallel,
+    )
+    write_whole(campaign.files.record(case), record)
+    return record

@@ -1,0 +1,117 @@
+"""Which cases a proof is made of: drawn by chance, mixed so that every beginning of the list is a fair sample."""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import combinations
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pydantic
+import yaml
+
+from sim1.data_file import explained
+from sim1.mismatch.strict_json import Strict
+from sim1.stage import BadInput
+
+WHOLE = 60  # cases from which every effect of the table stands among them
+MIX = {
+    "null": Fraction(20, 60),
+    "outside": Fraction(8, 60),
+    "pair": Fraction(8, 60),
+}  # the rest: one effect of the table
+TWINS = frozenset(  # pairs that are no two things: measured alike, or one of them holds the other
+    frozenset(pair)
+    for pair in (("clock_offset", "actuator_lag"), ("frame_offset", "gravity_tilt"), ("air_drag", "wind"))
+)
+SEEDS = 2**32  # of cases
+
+
+class Case(Strict):
+    """What the laboratory is asked for."""
+
+    effects: tuple[str, ...]  # none: nothing is concealed
+    strength: Literal["weak", "medium", "strong"] = "medium"
+    seed: pydantic.NonNegativeInt
+
+
+def draw_cases(
+    count: int,
+    seed: int,
+    *,
+    table: Sequence[str],
+    outside: Sequence[str],
+    strength: Literal["weak", "medium", "strong"] = "medium",
+) -> tuple[Case, ...]:
+    """Draw `count` cases; `table` and `outside` are the effects that the laboratory knows, with and without a name in the format.
+
+    Raises:
+        BadInput: fewer than one case, or a laboratory without effects to draw from.
+    """
+    if count < 1:
+        raise BadInput(f"--cases: {count}; a proof needs one case or more")
+    if len(table) < 2 or not outside:
+        raise BadInput(
+            f"the laboratory knows {len(table)} effects with a name and {len(outside)} without; drawing needs two and one"
+        )
+    stream = np.random.default_rng(np.random.SeedSequence(seed))
+    counts = composition(count)
+    pairs = [pair for pair in combinations(table, 2) if frozenset(pair) not in TWINS]
+    lots: dict[str, list[tuple[str, ...]]] = {
+        "null": [()] * counts["null"],
+        "outside": [(name,) for name in _dealt(outside, counts["outside"], stream)],
+        "pair": [tuple(pair) for pair in _dealt(pairs, counts["pair"], stream)],
+        "single": [(name,) for name in _dealt(table, counts["single"], stream)],
+    }
+    order = _mixed(counts, stream)
+    seeds = stream.integers(SEEDS, size=count)
+    drawn = (lots[kind].pop() for kind in order)
+    return tuple(Case(effects=effects, strength=strength, seed=int(s)) for effects, s in zip(drawn, seeds, strict=True))
+
+
+def composition(count: int) -> dict[str, int]:
+    """Cases of each kind: from 60 on 20, 8 and 8 and the rest single effects of the table, below in the same shares."""
+    if count >= WHOLE:
+        counts = {kind: int(share * WHOLE) for kind, share in MIX.items()}
+    else:
+        counts = {kind: round(share * count) for kind, share in MIX.items()}
+    return {**counts, "single": count - sum(counts.values())}
+
+
+def read_cases(path: Path) -> tuple[Case, ...]:
+    """Read chosen cases, a YAML list of `{effects: [..], strength: medium, seed: 1}`; `none` among effects is nothing.
+
+    Raises:
+        BadInput: not readable, or not such a list.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        cases = pydantic.TypeAdapter(tuple[Case, ...]).validate_python(content)
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise BadInput(f"{path}: not readable as YAML ({error})") from error
+    except pydantic.ValidationError as error:
+        raise BadInput(f"{path}: {explained(error)}") from error
+    if not cases:
+        raise BadInput(f"{path}: no case in it")
+    return tuple(
+        case.model_copy(update={"effects": tuple(name for name in case.effects if name != "none")}) for case in cases
+    )
+
+
+def _dealt(cards: Sequence, count: int, stream: np.random.Generator) -> list:
+    """`count` cards from shuffled decks, one deck after the other: none comes again before all have come."""
+    dealt: list = []
+    while len(dealt) < count:
+        dealt += [cards[k] for k in stream.permutation(len(cards))]
+    return dealt[:count][::-1]  # taken from the end
+
+
+def _mixed(counts: dict[str, int], stream: np.random.Generator) -> list[str]:
+    """Kinds in an order in which each comes at even distances, from a start of its own by chance."""
+    places = [
+        ((k + start) / number, kind)
+        for kind, number in counts.items()
+        for start in [stream.random()]
+        for k in range(number)
+    ]
+    return [kind for _, kind in sorted(places)]

@@ -1,0 +1,74 @@
+"""Where a campaign keeps what, and the two small files that it goes by: the drawn list and a record of each case."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import pydantic
+
+from sim1.mismatch.strict_json import Strict, write_json
+from sim1.proof.draw import Case
+
+
+class Drawn(Strict):
+    """`answers/drawn.json`: all that the campaign will be asked, and nothing that the diagnosis may see."""
+
+    schema_: Literal["sim1.proof.drawn/1"] = pydantic.Field(default="sim1.proof.drawn/1", alias="schema")
+    nonce: str  # by chance: without it, a list could be guessed from its hash
+    seed: str | None  # of the draw, an integer too long for some readers; None: the cases were chosen
+    laboratory: tuple[str, ...]
+    cases: tuple[Case, ...]
+
+
+class Record(Strict):
+    """`records/CASE.json`: how filming or diagnosing ended. Written last: what has none was not finished."""
+
+    case: str
+    step: Literal["film", "seal", "diagnose"]  # the last one that was tried
+    error: str | None  # why it failed
+    seconds: pydantic.NonNegativeFloat | None  # of the diagnosis, all of it
+    code_sha256: str  # of the diagnosing code before it
+    code_changed: bool  # meanwhile
+    cores: pydantic.PositiveInt  # of the machine
+    parallel: pydantic.PositiveInt  # cases at once
+
+
+@dataclass(frozen=True)
+class Files:
+    """Places below the folder of a campaign. Names of cases say nothing of what is in them."""
+
+    root: Path
+
+    @property
+    def drawn(self) -> Path:
+        """The drawn list."""
+        return self.root / "answers" / "drawn.json"
+
+    def answers(self, case: str) -> Path:
+        """Answers of a case; its arrays lie beside it."""
+        return self.root / "answers" / f"{case}.json"
+
+    def bundle(self, case: str) -> Path:
+        """What the diagnosis is given."""
+        return self.root / "bundles" / case
+
+    def found(self, case: str) -> Path:
+        """What the diagnosis wrote."""
+        return self.root / "found" / case
+
+    def record(self, case: str) -> Path:
+        """How it ended."""
+        return self.root / "records" / f"{case}.json"
+
+
+def case_names(count: int) -> tuple[str, ...]:
+    """`case_001`, `case_002`, ..."""
+    return tuple(f"case_{number:03d}" for number in range(1, count + 1))
+
+
+def write_whole(path: Path, content: Strict) -> None:
+    """Write a model so that it is there as a whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(path.name + ".part")
+    write_json(part, content)
+    part.replace(path)

@@ -1,0 +1,52 @@
+"""The laboratory that films the cases: another program, called by its command line, which is all that is known of it here."""
+
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from sim1.proof.draw import Case
+from sim1.proof.processes import LAST_LINES, NotDone, Processes
+from sim1.stage import BadInput
+
+
+@dataclass(frozen=True, kw_only=True)
+class Laboratory:
+    """Called as `COMMAND list` and `COMMAND make --effect E ... --bundle DIR --answers FILE.json --strength S --seed K`."""
+
+    command: tuple[str, ...]
+    home: Path  # where it is run
+
+    def effects(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Names of the effects that it can conceal: those of the format's table, and those outside it.
+
+        Raises:
+            BadInput: it cannot be run, or lists something else.
+        """
+        try:
+            done = subprocess.run([*self.command, "list"], cwd=self.home, capture_output=True, text=True, check=False)
+        except OSError as error:
+            raise BadInput(f"--laboratory {' '.join(self.command)}: cannot be run ({error})") from error
+        rows = [line.split() for line in done.stdout.splitlines() if line.strip()]
+        if done.returncode or any(len(row) < 2 or row[1] not in ("table", "outside") for row in rows):
+            said = " | ".join((done.stderr or done.stdout).splitlines()[-LAST_LINES:])
+            raise BadInput(f"--laboratory {' '.join(self.command)}: `list` gave no list of effects ({said})")
+        table, outside = (tuple(row[0] for row in rows if row[1] == kind) for kind in ("table", "outside"))
+        return table, outside
+
+    def film(self, case: Case, bundle: Path, answers: Path, processes: Processes) -> None:
+        """Film a case: the folder `bundle`, the file `answers` and its arrays beside it.
+
+        Raises:
+            NotDone: it failed, or did not write what was asked for.
+        """
+        effects = [word for name in case.effects or ("none",) for word in ("--effect", name)]
+        places = ["--bundle", str(bundle), "--answers", str(answers)]
+        drawn = ["--strength", case.strength, "--seed", str(case.seed)]
+        processes.run([*self.command, "make", *effects, *places, *drawn], cwd=self.home)
+        if not filmed(bundle, answers):
+            raise NotDone(f"the laboratory ended well and did not write all of {bundle}, {answers} and its .npz")
+
+
+def filmed(bundle: Path, answers: Path) -> bool:
+    """Whether all files of a case are there."""
+    return all(path.is_file() for path in (bundle / "bundle.yaml", answers, answers.with_suffix(".npz")))

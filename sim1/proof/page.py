@@ -1,0 +1,33 @@
+"""`proof.html`: a proof for a person who doubts it; one file that needs no other."""
+
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from sim1.proof.proof import Proof
+from sim1.proof.totals import NAMELESS, Share
+
+
+def write_page(path: Path, proof: Proof) -> None:
+    """Write the page; links lead to the cases' own reports beside it."""
+    loader = FileSystemLoader(Path(__file__).parent)
+    surroundings = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    surroundings.filters["share"] = said
+    part = path.with_name(path.name + ".part")
+    shades = [_shades(row) for row in proof.confusion.counts]
+    template = surroundings.get_template("proof.html.jinja")
+    part.write_text(template.render(proof=proof, shades=shades, nameless=NAMELESS), encoding="utf-8")
+    part.replace(path)
+
+
+def said(share: Share) -> str:
+    """A share as people read it: `3 of 10 (95 % interval 7 to 65 %)`."""
+    if not share.of:
+        return "none tried"
+    return f"{share.count} of {share.of} (95 % interval {100 * share.low:.0f} to {100 * share.high:.0f} %)"
+
+
+def _shades(row: tuple[int, ...]) -> list[float]:
+    """Opacity of each cell, by its share of the row."""
+    most = max(sum(row), 1)
+    return [round(0.75 * count / most, 3) for count in row]

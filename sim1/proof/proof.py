@@ -1,0 +1,74 @@
+"""`proof.json`, schema `sim1.proof/1`: all that a campaign has shown so far. It tells of diagnosed cases alone: what comes stays concealed."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import pydantic
+
+from sim1.mismatch.strict_json import Strict
+from sim1.proof.files import Drawn, Files, Record, case_names
+from sim1.proof.score import Outcome, score
+from sim1.proof.seal import Commitment, check_committed, read_commitments
+from sim1.proof.totals import Confusion, Totals, confusion_of, totals_of
+from sim1.stage import BadInput
+
+
+class NotScored(Strict):
+    """A case that was begun and counts nowhere."""
+
+    case: str
+    why: str
+
+
+class Proof(Strict):
+    """Contents of `proof.json`."""
+
+    schema_: Literal["sim1.proof/1"] = pydantic.Field(default="sim1.proof/1", alias="schema")
+    drawn: int  # cases
+    chosen: bool  # by a person, in a file, rather than drawn
+    seed: str | None  # of the draw; told when no case is left
+    laboratory: tuple[str, ...]
+    one_code: bool  # all cases were diagnosed by one and the same code, the one that the list was committed beside
+    code_sha256: tuple[str, ...]  # of all that diagnosed
+    cores: tuple[int, ...]
+    parallel: tuple[int, ...]
+    totals: Totals
+    confusion: Confusion
+    outcomes: tuple[Outcome, ...]
+    not_scored: tuple[NotScored, ...]
+    commitments: tuple[Commitment, ...]
+
+
+def judge(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
+    """Score a case whose answers are still those that were committed to; of any other, say why not."""
+    if record.step != "diagnose":
+        return NotScored(case=record.case, why=f"{record.step}: {record.error}")
+    asked = dict(zip(case_names(len(drawn.cases)), drawn.cases, strict=True))[record.case]
+    try:
+        answers = files.answers(record.case)
+        check_committed(files.root, record.case, [answers, answers.with_suffix(".npz")])
+        return score(files, asked, record)
+    except BadInput as error:
+        return NotScored(case=record.case, why=str(error))
+
+
+def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequence[Outcome | NotScored]) -> Proof:
+    """Put together what is known of the cases so far."""
+    outcomes = sorted((one for one in judged if isinstance(one, Outcome)), key=lambda one: one.case)
+    commitments = read_commitments(files.root)
+    codes = {one.code_sha256 for one in outcomes} | {c.code_sha256 for c in commitments}
+    return Proof(
+        drawn=len(drawn.cases),
+        chosen=drawn.seed is None,
+        seed=drawn.seed if len(judged) == len(drawn.cases) else None,
+        laboratory=drawn.laboratory,
+        one_code=len(codes) <= 1 and not any(one.code_changed for one in outcomes),
+        code_sha256=tuple(sorted({one.code_sha256 for one in outcomes})),
+        cores=tuple(sorted({record.cores for record in records})),
+        parallel=tuple(sorted({record.parallel for record in records})),
+        totals=totals_of(outcomes),
+        confusion=confusion_of(outcomes),
+        outcomes=tuple(outcomes),
+        not_scored=tuple(sorted((one for one in judged if isinstance(one, NotScored)), key=lambda one: one.case)),
+        commitments=commitments,
+    )

@@ -1,0 +1,29 @@
+"""The files for people and programs: `proof.json` and `proof.html`, written anew after every case."""
+
+from collections.abc import Sequence
+
+from sim1.proof.campaign import read_record
+from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
+from sim1.proof.page import write_page
+from sim1.proof.proof import NotScored, Proof, judge, proof_of
+from sim1.proof.score import Outcome
+from sim1.proof.start import read_campaign
+
+
+def rewrite(files: Files) -> Proof:
+    """Score again what is there and write both files.
+
+    Raises:
+        BadInput: no campaign, or its list or commitments are damaged.
+    """
+    drawn = read_campaign(files)
+    records = [record for case in case_names(len(drawn.cases)) if (record := read_record(files, case)) is not None]
+    return write_proof(files, drawn, records, [judge(files, drawn, record) for record in records])
+
+
+def write_proof(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequence[Outcome | NotScored]) -> Proof:
+    """Write both files about the cases so far."""
+    proof = proof_of(files, drawn, records, judged)
+    write_whole(files.root / "proof.json", proof)
+    write_page(files.root / "proof.html", proof)
+    return proof

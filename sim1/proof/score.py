@@ -1,0 +1,200 @@
+"""One diagnosis beside its answers: what was concealed, what was found, how far off."""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pydantic
+
+from sim1.data_file import explained
+from sim1.mismatch.strict_json import Strict
+from sim1.mismatch.summary import Summary, read_summary
+from sim1.mismatch.verdict import Verdict, read_verdict
+from sim1.proof.draw import Case
+from sim1.proof.files import Files, Record
+from sim1.stage import BadInput
+
+FABRIC = ("area_density_kg_m2", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
+BASELINE = "the baseline"  # what a ranking calls the model without effects
+JOINT = " with "  # between the effects of a ranked model
+
+
+class Number(Strict):
+    """A coefficient and its 95 % interval; `true` is None where nothing of that name was concealed."""
+
+    value: float
+    low: float
+    high: float
+    true: float | None
+
+    @property
+    def holds(self) -> bool:
+        """Whether the interval holds the truth."""
+        return self.true is not None and self.low <= self.true <= self.high
+
+
+class Found(Strict):
+    """What a diagnosis that came to an end wrote."""
+
+    first: str | None  # of the ranking's models with one effect, the best
+    gains: dict[str, float]  # of the ranked models over the baseline, nats
+    effects: dict[str, dict[str, Number]]  # of the verdict
+    fabric: dict[str, Number]
+    misfit: tuple[float, float]  # baseline, chosen: mean squared residual in units of noise and mesh error
+    fit_mm: tuple[float, float]  # rmse before and after what was added, from rest and drives alone
+    heldout_mm: tuple[float, float]
+    place_auc: float | None  # None: force was concealed nowhere or everywhere
+
+
+class Outcome(Strict):
+    """What became of one case."""
+
+    case: str
+    kind: Literal["null", "outside", "several", "single"]
+    concealed: dict[str, dict[str, float]]  # effect -> its true parameters
+    strength: str
+    seed: int
+    places_given: bool
+    verdict: Literal["none", "named", "ambiguous", "unknown", "failed"]
+    named: tuple[str, ...]  # the verdict's effects, by name
+    right: bool
+    error: str | None  # why the diagnosis failed
+    seconds: float
+    code_sha256: str
+    code_changed: bool
+    found: Found | None  # None: failed
+
+
+class _Effect(pydantic.BaseModel):
+    name: str
+    parameters: dict[str, float]
+    named_by_format: bool
+
+
+class Answers(pydantic.BaseModel):
+    """What is read of a laboratory's answers; they hold more."""
+
+    case: Case
+    effects: list[_Effect]
+    baseline: dict[str, float]
+    places_given: bool
+
+
+def read_answers(path: Path, asked: Case) -> Answers:
+    """Read the answers and see that they are those of the drawn case.
+
+    Raises:
+        BadInput: missing, damaged, or answers to another question.
+    """
+    try:
+        answers = Answers.model_validate(json.loads(path.read_bytes()))
+    except (OSError, ValueError) as error:
+        said = explained(error) if isinstance(error, pydantic.ValidationError) else str(error)
+        raise BadInput(f"{path}: not readable as answers ({said}); film the case again") from error
+    if (sorted(answers.case.effects), answers.case.seed) != (sorted(asked.effects), asked.seed):
+        raise BadInput(
+            f"{path}: answers for {list(answers.case.effects)} with seed {answers.case.seed}, drawn were {list(asked.effects)} with {asked.seed}"
+        )
+    return answers
+
+
+def score(files: Files, asked: Case, record: Record) -> Outcome:
+    """Set a finished case against its answers. A diagnosis that failed, or wrote no verdict, counts as wrong.
+
+    Raises:
+        BadInput: the answers are at fault.
+    """
+    answers = read_answers(files.answers(record.case), asked)
+    verdict, found, error = None, None, record.error
+    if error is None:
+        try:
+            verdict, found = _found(files.found(record.case), answers, files.answers(record.case).with_suffix(".npz"))
+        except BadInput as damage:
+            error = str(damage)
+    named = tuple(sorted(effect.name for effect in verdict.missing_physics)) if verdict else ()
+    said = verdict.verdict if verdict else "failed"
+    kind = kind_of(answers)
+    concealed = {effect.name: effect.parameters for effect in answers.effects}
+    return Outcome(
+        case=record.case,
+        kind=kind,
+        concealed=concealed,
+        strength=answers.case.strength,
+        seed=answers.case.seed,
+        places_given=answers.places_given,
+        verdict=said,
+        named=named,
+        right=is_right(kind, tuple(concealed), said, named),
+        error=error,
+        seconds=record.seconds or 0.0,
+        code_sha256=record.code_sha256,
+        code_changed=record.code_changed,
+        found=found,
+    )
+
+
+def kind_of(answers: Answers) -> Literal["null", "outside", "several", "single"]:
+    """What sort of question it was; one effect outside the table makes it `outside`."""
+    if not answers.effects:
+        return "null"
+    if not all(effect.named_by_format for effect in answers.effects):
+        return "outside"
+    return "single" if len(answers.effects) == 1 else "several"
+
+
+def is_right(kind: str, concealed: tuple[str, ...], verdict: str, named: tuple[str, ...]) -> bool:
+    """Whether the verdict is the one that was asked for: all names and no other, or no name where none fits."""
+    if kind == "null":
+        return verdict == "none"
+    if kind == "outside":
+        return verdict in ("unknown", "ambiguous")
+    return verdict == "named" and sorted(named) == sorted(concealed)
+
+
+def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found]:
+    from sim1.cloth.physics import ClothPhysics, read_physics
+    from sim1.mismatch.forces_file import read_forces
+    from sim1.proof.place import place_auc
+
+    verdict, summary = read_verdict(folder / "verdict.json"), read_summary(folder / "summary.json")
+    model: ClothPhysics = read_physics(folder / "model.yaml")
+    true = {effect.name: effect.parameters for effect in answers.effects}
+    properties = {name: getattr(model, name) for name in FABRIC} | {"friction": model.friction.table}
+    with np.load(arrays) as truth:
+        auc = place_auc(read_forces(folder / "forces.npz"), truth)
+    before, after = verdict.rmse_m.baseline, verdict.rmse_m.augmented
+    return verdict, Found(
+        first=first_single(summary),
+        gains={row.name: row.gain for row in summary.ranking if row.name != BASELINE},
+        effects={
+            effect.name: {
+                name: Number(value=c.value, low=c.ci95[0], high=c.ci95[1], true=_true(true, effect.name, name))
+                for name, c in effect.parameters.items()
+                if c.ci95 is not None
+            }
+            for effect in verdict.missing_physics
+        },
+        fabric={
+            name: Number(value=p.value, low=p.ci95[0], high=p.ci95[1], true=answers.baseline[name])
+            for name, p in properties.items()
+            if p.ci95 is not None and name in answers.baseline
+        },
+        misfit=(summary.misfit.baseline, summary.misfit.chosen),
+        fit_mm=(1e3 * before.fit, 1e3 * after.fit),
+        heldout_mm=(1e3 * before.heldout, 1e3 * after.heldout),
+        place_auc=auc,
+    )
+
+
+def first_single(summary: Summary) -> str | None:
+    """The best of the ranked models with one effect."""
+    singles = [row for row in summary.ranking if row.name != BASELINE and JOINT not in row.name]
+    return max(singles, key=lambda row: row.gain).name if singles else None
+
+
+def _true(true: Mapping[str, Mapping[str, float]], effect: str, parameter: str) -> float | None:
+    value = true.get(effect, {}).get(parameter)
+    return value if value is not None and math.isfinite(value) else None

@@ -1,0 +1,105 @@
+"""Commitments: hashes of answers, told before anything is diagnosed, so that answers cannot be made to fit afterwards."""
+
+import hashlib
+import os
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pydantic
+
+from sim1.mismatch.strict_json import Strict
+from sim1.stage import BadInput
+
+NAME = "commitments.jsonl"
+LIST = "list"  # what the commitment to the drawn list is called
+
+
+class Commitment(Strict):
+    """One line of `commitments.jsonl`."""
+
+    at: str  # UTC
+    of: str  # a case, or `list`
+    sha256: dict[str, str]  # file, from the campaign's folder -> hash of its bytes
+    code_sha256: str  # of the diagnosing code as it was then
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file's bytes, as `sha256sum` prints it."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def code_sha256(package: Path, rooms: Sequence[str] = ("mismatch", "cloth", "recording")) -> str:
+    """SHA-256 over names and hashes of all Python files in some rooms of a package."""
+    files = sorted(path for room in rooms for path in (package / room).rglob("*.py"))
+    lines = [f"{sha256_of(path)}  {path.relative_to(package).as_posix()}\n" for path in files]
+    return hashlib.sha256("".join(lines).encode()).hexdigest()
+
+
+def commit(root: Path, of: str, files: Sequence[Path], code: str) -> Commitment:
+    """Add a line about `files` below `root`; one that says the same of the same files is returned as it stands.
+
+    Raises:
+        BadInput: there is a line about `of`, and the files are no longer those.
+    """
+    for known in read_commitments(root):
+        if known.of == of:
+            check(root, known)
+            return known
+    made = Commitment(
+        at=datetime.now(UTC).isoformat(timespec="seconds"),
+        of=of,
+        sha256={path.relative_to(root).as_posix(): sha256_of(path) for path in files},
+        code_sha256=code,
+    )
+    path, part = root / NAME, root / f"{NAME}.part"
+    before = path.read_text() if path.is_file() else ""
+    with part.open("w") as file:
+        file.write(before + made.model_dump_json() + "\n")
+        file.flush()
+        os.fsync(file.fileno())
+    part.replace(path)
+    return made
+
+
+def read_commitments(root: Path) -> tuple[Commitment, ...]:
+    """All lines, oldest first; none where there is no file.
+
+    Raises:
+        BadInput: a line is damaged.
+    """
+    path = root / NAME
+    found = []
+    for number, line in enumerate(path.read_text().splitlines() if path.is_file() else [], start=1):
+        try:
+            found.append(Commitment.model_validate_json(line))
+        except pydantic.ValidationError as error:
+            raise BadInput(f"{path}: line {number} is damaged; restore the file") from error
+    return tuple(found)
+
+
+def check(root: Path, commitment: Commitment) -> None:
+    """See that the files are still those that were committed to.
+
+    Raises:
+        BadInput: a file is missing or has changed; it is named.
+    """
+    for name, hashed in commitment.sha256.items():
+        path = root / name
+        if not path.is_file():
+            raise BadInput(f"{path}: committed to at {commitment.at} and gone")
+        if sha256_of(path) != hashed:
+            raise BadInput(f"{path}: changed since it was committed to at {commitment.at}; its SHA-256 was {hashed}")
+
+
+def check_committed(root: Path, of: str, files: Sequence[Path]) -> None:
+    """See that just these files were committed to, and are unchanged.
+
+    Raises:
+        BadInput: no commitment, one to other files, or a file has changed; it is named.
+    """
+    known = next((one for one in read_commitments(root) if one.of == of), None)
+    if known is None or set(known.sha256) != {path.relative_to(root).as_posix() for path in files}:
+        raise BadInput(f"{files[0]}: {root / NAME} holds no commitment to it")
+    check(root, known)

@@ -1,0 +1,138 @@
+"""What the cases of a proof come to together."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from scipy.stats import binomtest
+
+from sim1.mismatch.strict_json import Strict
+from sim1.proof.score import Number, Outcome
+
+NAMELESS = ("none", "unknown", "ambiguous", "failed")  # columns of the confusion matrix that are no names
+
+
+class Share(Strict):
+    """So many of so many, with the exact 95 % interval of the probability (Clopper and Pearson)."""
+
+    count: int
+    of: int
+    low: float
+    high: float
+
+
+class Extreme(Strict):
+    """The case in which held-out motion got worst by what was added."""
+
+    case: str
+    before_mm: float
+    after_mm: float
+
+
+class Totals(Strict):
+    """All cases together; a share counts cases that failed as wrong."""
+
+    named: Share  # cases of one effect of the table, named right and alone
+    effects_ever_named: Share  # different effects of the table that were concealed alone and named at least once
+    nulls_called_none: Share
+    nulls_with_names: Share  # verdict named or ambiguous, with nothing concealed
+    false_names: dict[str, int]  # among nulls: effect -> how often
+    outside_without_name: Share  # called unknown or ambiguous
+    several_named: Share  # cases of two effects or more, all named and no other
+    several_partly: Share  # at least one of them, and none that was not concealed; holds the row above
+    first_ranked: Share  # single effects that came first in the ranking, whatever the verdict
+    effect_intervals: Share  # that hold the true coefficient
+    effect_error: float | None  # median of abs(found / true - 1) of coefficients
+    fabric_intervals: Share
+    fabric_error: float | None
+    place_auc: float | None  # median, where force is local
+    worst_heldout: Extreme | None  # None: it got worse nowhere
+    median_seconds: float | None
+    failed: int
+
+
+class Confusion(Strict):
+    """How often what was concealed (rows) was called what (columns)."""
+
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    counts: tuple[tuple[int, ...], ...]
+
+
+def share_of(hits: Iterable[bool]) -> Share:
+    """Count, with its interval; 0 to 1 where nothing was tried."""
+    flags = [bool(hit) for hit in hits]
+    if not flags:
+        return Share(count=0, of=0, low=0.0, high=1.0)
+    interval = binomtest(sum(flags), len(flags)).proportion_ci(0.95, method="exact")
+    return Share(count=sum(flags), of=len(flags), low=float(interval.low), high=float(interval.high))
+
+
+def totals_of(outcomes: Sequence[Outcome]) -> Totals:
+    """Count what was right, and measure how far off it was."""
+    kinds = {kind: [o for o in outcomes if o.kind == kind] for kind in ("null", "outside", "several", "single")}
+    nulls, singles, several = kinds["null"], kinds["single"], kinds["several"]
+    true_finds = [o.found.effects for o in outcomes if o.found]
+    effects = [n for part in true_finds for numbers in part.values() for n in numbers.values() if n.true is not None]
+    fabric = [n for o in outcomes if o.found for n in o.found.fabric.values()]
+    places = [o.found.place_auc for o in outcomes if o.found and o.found.place_auc is not None]
+    named_nulls = [o for o in nulls if o.named]
+    false = [name for o in named_nulls for name in o.named]
+    return Totals(
+        named=share_of(o.right for o in singles),
+        effects_ever_named=share_of(
+            any(o.right for o in singles if name in o.concealed)
+            for name in sorted({name for o in singles for name in o.concealed})
+        ),
+        nulls_called_none=share_of(o.right for o in nulls),
+        nulls_with_names=share_of(o in named_nulls for o in nulls),
+        false_names={name: false.count(name) for name in sorted(set(false))},
+        outside_without_name=share_of(o.right for o in kinds["outside"]),
+        several_named=share_of(o.right for o in several),
+        several_partly=share_of(o.verdict == "named" and set(o.named) <= set(o.concealed) for o in several),
+        first_ranked=share_of(o.found is not None and o.found.first in o.concealed for o in singles),
+        effect_intervals=share_of(n.holds for n in effects),
+        effect_error=_median_error(effects),
+        fabric_intervals=share_of(n.holds for n in fabric),
+        fabric_error=_median_error(fabric),
+        place_auc=float(np.median(places)) if places else None,
+        worst_heldout=_worst(outcomes),
+        median_seconds=float(np.median([o.seconds for o in outcomes])) if outcomes else None,
+        failed=sum(o.verdict == "failed" for o in outcomes),
+    )
+
+
+def confusion_of(outcomes: Sequence[Outcome]) -> Confusion:
+    """Rows: none, single effects, several, outside; columns: verdicts without a name, then names."""
+    order = ("null", "single", "several", "outside")
+    cells = [((order.index(o.kind), _joined(o.concealed) or "none"), _called(o)) for o in outcomes]
+    rows = sorted({row for row, _ in cells})
+    names = [row for _, row in rows if row != "none"]
+    others = sorted({column for _, column in cells} - set(names) - set(NAMELESS))
+    columns = [*NAMELESS, *(name for name in names if any(column == name for _, column in cells)), *others]
+    return Confusion(
+        rows=tuple(name for _, name in rows),
+        columns=tuple(columns),
+        counts=tuple(tuple(cells.count((row, column)) for column in columns) for row in rows),
+    )
+
+
+def _called(outcome: Outcome) -> str:
+    return _joined(outcome.named) if outcome.verdict == "named" else outcome.verdict
+
+
+def _joined(names: Iterable[str]) -> str:
+    return " + ".join(sorted(names))
+
+
+def _median_error(numbers: Sequence[Number]) -> float | None:
+    off = [abs(n.value / n.true - 1.0) for n in numbers if n.true]
+    return float(np.median(off)) if off else None
+
+
+def _worst(outcomes: Sequence[Outcome]) -> Extreme | None:
+    cases = [(o.found.heldout_mm[1] - o.found.heldout_mm[0], o) for o in outcomes if o.found]
+    worse, outcome = max(cases, key=lambda item: item[0], default=(0.0, None))
+    if worse <= 0 or outcome is None:
+        return None
+    before, after = outcome.found.heldout_mm
+    return Extreme(case=outcome.case, before_mm=before, after_mm=after)

@@ -1,0 +1,110 @@
+"""A laboratory and a diagnosis in a few lines each: they write the right files, and note how they were called."""
+
+import json
+import sys
+from pathlib import Path
+
+from sim1.proof.campaign import Campaign
+from sim1.proof.draw import Case
+from sim1.proof.files import Drawn, Files
+from sim1.proof.seal import code_sha256
+from sim1.proof.start import Wish, open_campaign
+
+LABORATORY = """
+import argparse, json, pathlib, sys, time
+import numpy as np
+if sys.argv[1] == "list":
+    print("air_drag table\\nwind table\\nshrinkage table\\nadhesion table\\nmagnet outside\\nfan_jet outside")
+    sys.exit()
+parser = argparse.ArgumentParser()
+parser.add_argument("--effect", action="append")
+for name in ("bundle", "answers", "strength", "seed"):
+    parser.add_argument("--" + name)
+asked = parser.parse_args(sys.argv[2:])
+with open(NOTES, "a") as notes:
+    notes.write(json.dumps({"who": "laboratory", "at": time.time(), "argv": sys.argv[1:]}) + "\\n")
+if "fan_jet" in asked.effect:
+    sys.exit("the jet would not start")
+effects = [name for name in asked.effect if name != "none"]
+bundle, answers = pathlib.Path(asked.bundle), pathlib.Path(asked.answers)
+bundle.mkdir(parents=True, exist_ok=True)
+(bundle / "bundle.yaml").write_text("looks: " + "+".join(effects))
+np.savez(answers.with_suffix(".npz"), **{"a/stamps_s": np.arange(4.0), "a/missing_n_m2": np.eye(4) * len(effects)})
+answers.write_text(json.dumps({
+    "case": {"effects": effects, "strength": asked.strength, "seed": int(asked.seed)},
+    "effects": [{"name": n, "parameters": {"c": 2.0}, "named_by_format": n not in ("magnet", "fan_jet")} for n in effects],
+    "baseline": {"poisson": 0.3, "stretch_n_m": 300.0}, "places_given": True}))
+"""
+
+DIAGNOSIS = """
+import json, os, pathlib, sys, time
+import numpy as np
+bundle, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[3])
+with open(NOTES, "a") as notes:
+    notes.write(json.dumps({"who": "diagnosis", "at": time.time(), "argv": sys.argv[1:], "cwd": os.getcwd(), "pid": os.getpid()}) + "\\n")
+while SLOW and pathlib.Path(SLOW).exists():
+    time.sleep(0.05)
+names = [n for n in (bundle / "bundle.yaml").read_text().removeprefix("looks: ").split("+") if n]
+if "shrinkage" in names:
+    sys.exit("it shrank to nothing")
+verdict = "none" if not names else "unknown" if "magnet" in names else "named"
+names = [] if verdict == "unknown" else names
+error = {"fit": 0.001, "heldout": 0.002}
+better = {"fit": 0.0005, "heldout": 0.001} if names else error
+coefficient = {"value": 1.9, "ci95": [1.5, 2.5], "unit": "1"}
+(out / "verdict.json").write_text(json.dumps({
+    "schema": "sim1.verdict/1", "verdict": verdict, "noise_std_m": 0.0003, "rmse_m": {"baseline": error, "augmented": better},
+    "mismatch": {"regions": [], "windows": [], "signature": "made up"}, "alternatives": [], "next_experiment": "none",
+    "missing_physics": [{"name": n, "probability": 1.0, "parameters": {"c": coefficient}, "heldout_rmse_reduction": 0.5} for n in names]}))
+prices = dict.fromkeys(("per_term", "named", "margin", "second", "second_share", "explained", "left", "acts"), 1.0)
+ranking = [{"name": " with ".join(names) or "wind", "gain": 50.0, "misfit": 1.0}, {"name": "the baseline", "gain": 0.0, "misfit": 2.0}]
+(out / "summary.json").write_text(json.dumps({
+    "schema": "sim1.diagnosis/1", "sentence": "made up", "fitted": ["a"], "heldout": ["b"], "converged": True,
+    "misfit": {"baseline": 2.0, "chosen": 1.0, "limit": 1.35}, "prices": prices, "ranking": ranking, "estimates": [], "effects": names}))
+scalars = {n: {"value": 0.3, "ci95": None} for n in ("area_density_kg_m2", "thickness_m", "stretch_n_m", "bending_n_m", "damping_s")}
+scalars["poisson"] = {"value": 0.4, "ci95": [0.35, 0.45]}
+friction = {n: {"value": 0.4, "ci95": None} for n in ("table", "robot", "self")}
+(out / "model.yaml").write_text(json.dumps({"schema": "sim1.model/1", **scalars, "friction": friction, "effects": []}))
+np.savez(out / "forces.npz", **{"a/time_s": np.arange(4.0), "a/force_n": np.eye(4)[..., None] * np.ones(3)})
+(out / "report.html").write_text("<p>made up</p>")
+print("done")
+"""
+
+
+def write_programs(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Commands of laboratory and diagnosis, which take their notes in `folder`; the diagnosis waits while `folder/slow` is there."""
+    for name, text in (("laboratory", LABORATORY), ("diagnosis", DIAGNOSIS)):
+        places = f"NOTES, SLOW = {str(folder / 'notes.jsonl')!r}, {str(folder / 'slow')!r}\n"
+        (folder / f"{name}.py").write_text(places + text)
+    return (sys.executable, str(folder / "laboratory.py")), (sys.executable, str(folder / "diagnosis.py"))
+
+
+def campaign(folder: Path, cases: tuple[Case, ...], tell=lambda line: None, parallel: int = 1) -> Campaign:
+    """A campaign of chosen cases in `folder/out`, laboratory and diagnosis as above; one that is there goes on."""
+    laboratory, diagnosis = write_programs(folder)
+    package = folder / "code" / "mismatch"
+    package.mkdir(parents=True, exist_ok=True)
+    if not (package / "a.py").exists():
+        (package / "a.py").write_text("a = 1\n")
+    files = Files(folder / "out")
+    chosen = folder / "cases.yaml"
+    chosen.write_text(json.dumps([case.model_dump() for case in cases]))
+    wish = Wish() if files.drawn.exists() else Wish(cases_file=chosen)
+    drawn: Drawn = open_campaign(files, wish, laboratory, folder, code_sha256(folder / "code"))
+    return Campaign(
+        files=files,
+        drawn=drawn,
+        home=folder,
+        diagnose=diagnosis,
+        environment={},
+        package=folder / "code",
+        tell=tell,
+        parallel=parallel,
+    )
+
+
+def notes(folder: Path, who: str) -> list[dict]:
+    """How laboratory or diagnosis were called, in the order of the calls."""
+    path = folder / "notes.jsonl"
+    lines = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    return [line for line in lines if line["who"] == who]

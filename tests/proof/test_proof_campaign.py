@@ -1,0 +1,212 @@
+"""A campaign with a laboratory and a diagnosis of a few lines: order, blindness, resumption, failures."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+from proof_stand_ins import campaign, notes
+
+from sim1.proof.draw import Case
+from sim1.proof.files import Files
+from sim1.proof.prove import prove
+from sim1.proof.report import rewrite
+from sim1.stage import BadInput
+
+DRAG = Case(effects=("air_drag",), seed=1)
+PAIR = Case(effects=("wind", "adhesion"), seed=2)
+NULL = Case(effects=(), seed=3)
+STRANGE = Case(effects=("magnet",), seed=4)
+LAME = Case(effects=("fan_jet",), seed=5)  # the laboratory fails to film it
+SHRUNK = Case(effects=("shrinkage",), seed=6)  # the diagnosis fails on it
+
+
+def test_what_is_concealed_is_named_scored_and_shown(tmp_path):
+    said = []
+    proof = prove(campaign(tmp_path, (DRAG, PAIR, NULL, STRANGE), said.append))
+    assert [(one.kind, one.verdict, one.right) for one in proof.outcomes] == [
+        ("single", "named", True),
+        ("several", "named", True),
+        ("null", "none", True),
+        ("outside", "unknown", True),
+    ]
+    assert proof.one_code
+    assert json.loads((tmp_path / "out" / "proof.json").read_text())["totals"]["named"]["count"] == 1
+    page = (tmp_path / "out" / "proof.html").read_text()
+    assert 'href="found/case_001/report.html"' in page
+    assert "adhesion + wind" in page
+    assert any("case_001: named air_drag in" in line and "concealed was air_drag: right" in line for line in said)
+
+
+def test_answers_are_committed_to_before_the_diagnosis_begins_and_the_list_before_the_first_film(tmp_path):
+    work = campaign(tmp_path, (DRAG, NULL))
+    lines = (tmp_path / "out" / "commitments.jsonl").read_text().splitlines()
+    assert [json.loads(line)["of"] for line in lines] == ["list"]
+    assert notes(tmp_path, "laboratory") == []
+    said = []
+    prove(campaign(tmp_path, (DRAG, NULL), said.append))
+    order = [line.split(" at ")[0].split(" to ")[0] for line in said if line.startswith("case_001")]
+    assert order[:3] == ["case_001: filming", "case_001: committed", "case_001: diagnosing"]
+    lines = [json.loads(line) for line in (work.files.root / "commitments.jsonl").read_text().splitlines()]
+    assert [line["of"] for line in lines] == ["list", "case_001", "case_002"]
+    for line, call in zip(lines[1:], notes(tmp_path, "diagnosis"), strict=True):
+        assert datetime.fromisoformat(line["at"]).timestamp() <= call["at"]
+        assert set(line["sha256"]) == {f"answers/{line['of']}.json", f"answers/{line['of']}.npz"}
+
+
+def test_the_diagnosis_is_given_the_bundle_alone_and_its_name_says_nothing(tmp_path):
+    prove(campaign(tmp_path, (DRAG, STRANGE)))
+    out = tmp_path / "out"
+    for number, call in enumerate(notes(tmp_path, "diagnosis"), start=1):
+        bundle = str(out / "bundles" / f"case_{number:03d}")
+        assert call["argv"][:2] == [bundle, "--out"]
+        assert call["argv"][2].startswith(str(out / "found" / f".case_{number:03d}."))
+        assert call["cwd"] == bundle
+    assert [path.name for path in (out / "bundles" / "case_001").iterdir()] == ["bundle.yaml"]
+
+
+def test_wrong_answers_planted_beside_the_bundle_change_nothing(tmp_path):
+    for folder, plant in ((tmp_path / "plain", False), (tmp_path / "planted", True)):
+        folder.mkdir()
+        work = campaign(folder, (DRAG,))
+        list(prove(work, only_films=True).outcomes)
+        if plant:
+            wrong = (work.files.answers("case_001")).read_text().replace("air_drag", "wind")
+            for place in (work.files.bundle("case_001"), work.files.root / "bundles"):
+                (place / "answers.json").write_text(wrong)
+                (place / "case_001.json").write_text(wrong)
+        prove(campaign(folder, (DRAG,)))
+    plain, planted = (rewrite(Files(tmp_path / name / "out")).outcomes[0] for name in ("plain", "planted"))
+    assert planted.model_dump(exclude={"seconds"}) == plain.model_dump(exclude={"seconds"})
+    assert (planted.named, planted.right) == (("air_drag",), True)
+
+
+def test_answers_changed_after_the_diagnosis_are_found_and_the_case_is_not_scored(tmp_path):
+    work = campaign(tmp_path, (DRAG, NULL))
+    prove(work)
+    path = work.files.answers("case_001")
+    path.write_text(path.read_text().replace("2.0", "1.9"))
+    proof = rewrite(work.files)
+    assert [one.case for one in proof.outcomes] == ["case_002"]
+    assert proof.not_scored[0].case == "case_001"
+    assert "case_001.json: changed since it was committed to" in proof.not_scored[0].why
+    drawn = work.files.drawn
+    drawn.write_text(drawn.read_text().replace("air_drag", "adhesion"))
+    with pytest.raises(BadInput, match=r"drawn\.json: changed since"):
+        rewrite(work.files)
+
+
+def test_answers_exchanged_before_the_diagnosis_stop_it(tmp_path):
+    prove(campaign(tmp_path, (DRAG, NULL)), only_films=True)
+    assert notes(tmp_path, "diagnosis") == []
+    path = tmp_path / "out" / "answers" / "case_001.json"
+    path.write_text(path.read_text().replace("air_drag", "wind"))
+    proof = prove(campaign(tmp_path, (DRAG, NULL)))
+    assert [one.case for one in proof.outcomes] == ["case_002"]
+    assert "case_001.json: changed since" in proof.not_scored[0].why
+    assert len(notes(tmp_path, "diagnosis")) == 1
+
+
+def test_a_case_that_fails_is_recorded_with_its_cause_and_the_others_go_on(tmp_path):
+    proof = prove(campaign(tmp_path, (LAME, SHRUNK, DRAG), parallel=2))
+    assert [(one.case, one.verdict, one.right) for one in proof.outcomes] == [
+        ("case_002", "failed", False),
+        ("case_003", "named", True),
+    ]
+    assert "it shrank to nothing" in proof.outcomes[0].error
+    assert "the jet would not start" in proof.not_scored[0].why
+    assert (proof.totals.named.count, proof.totals.named.of, proof.totals.failed) == (1, 2, 1)
+    assert "it shrank to nothing" in (tmp_path / "out" / "proof.html").read_text()
+    prove(campaign(tmp_path, ()))
+    assert len(notes(tmp_path, "laboratory")) == 4  # what was not filmed is tried again,
+    assert len(notes(tmp_path, "diagnosis")) == 2  # what was not diagnosed is not: that would be choosing
+
+
+def test_a_killed_campaign_goes_on_and_does_nothing_twice(tmp_path):
+    cases = (DRAG, NULL, STRANGE)
+    work = campaign(tmp_path, cases)
+    (tmp_path / "slow").touch()
+    program = (
+        f"import sys; sys.path[:0] = [{str(Path(__file__).parent)!r}]; from pathlib import Path; from proof_stand_ins import campaign\n"
+        "from sim1.proof.prove import prove; from sim1.proof.draw import Case\n"
+        f"prove(campaign(Path({str(tmp_path)!r}), ()))"
+    )
+    running = subprocess.Popen([sys.executable, "-c", program], cwd=Path(__file__).parents[2])
+    _until(lambda: len(notes(tmp_path, "diagnosis")) == 1)
+    running.send_signal(signal.SIGKILL)
+    running.wait()
+    assert not work.files.record("case_001").exists()
+    (tmp_path / "slow").unlink()
+    committed = (tmp_path / "out" / "commitments.jsonl").read_bytes()
+    assert len(committed.splitlines()) == 2
+    proof = prove(campaign(tmp_path, ()))
+    assert [one.right for one in proof.outcomes] == [True, True, True]
+    assert len(notes(tmp_path, "laboratory")) == 3
+    assert len(notes(tmp_path, "diagnosis")) == 4  # the one that was cut off began anew
+    assert (tmp_path / "out" / "commitments.jsonl").read_bytes().startswith(committed)
+    again = prove(campaign(tmp_path, ()))
+    assert again == proof
+    assert len(notes(tmp_path, "diagnosis")) == 4
+    assert not list((tmp_path / "out").rglob("*.part"))
+
+
+def test_an_interruption_ends_the_diagnosis_and_leaves_no_verdict_of_half_a_search(tmp_path):
+    (tmp_path / "slow").touch()
+
+    def interrupt(line):
+        if "diagnosing" in line:
+            work.processes.stop()
+
+    work = campaign(tmp_path, (DRAG,), interrupt)
+    with pytest.raises(RuntimeError):
+        prove(work)
+    assert not work.files.record("case_001").exists()
+    (tmp_path / "slow").unlink()
+    assert prove(campaign(tmp_path, ())).outcomes[0].right
+
+
+def test_what_is_still_to_come_is_not_told(tmp_path):
+    prove(campaign(tmp_path, (DRAG, NULL)), only_films=True)
+    for name in ("proof.json", "proof.html", "commitments.jsonl"):
+        assert "drag" not in (tmp_path / "out" / name).read_text()
+
+
+def test_code_that_changes_during_the_campaign_is_told(tmp_path):
+    prove(campaign(tmp_path, (DRAG, NULL)), only_films=True)
+    code = tmp_path / "code" / "mismatch" / "a.py"
+    first = rewrite(Files(tmp_path / "out"))
+    code.write_text("a = 2\n")
+    proof = prove(campaign(tmp_path, ()))
+    assert (first.one_code, proof.one_code) == (True, False)
+    assert "The diagnosing code changed" in (tmp_path / "out" / "proof.html").read_text()
+
+
+def test_another_wish_on_a_campaign_that_is_there_is_refused(tmp_path):
+    from sim1.proof.start import Wish, open_campaign
+
+    work = campaign(tmp_path, (DRAG,))
+    for wish, said in (
+        (Wish(cases=3), "leave out --cases"),
+        (Wish(seed=3, strength="weak"), "leave out --seed, --strength"),
+    ):
+        with pytest.raises(BadInput, match=said):
+            open_campaign(work.files, wish, work.drawn.laboratory, tmp_path, "c0de")
+    empty = Files(tmp_path / "empty")
+    with pytest.raises(BadInput, match="say how many cases"):
+        open_campaign(empty, Wish(), work.drawn.laboratory, tmp_path, "c0de")
+    drawn = open_campaign(empty, Wish(cases=12, seed=4), work.drawn.laboratory, tmp_path, "c0de")
+    assert len(drawn.cases) == 12
+    assert drawn.seed == "4"
+    with pytest.raises(BadInput, match="gave no list of effects"):
+        open_campaign(Files(tmp_path / "no"), Wish(cases=2), (sys.executable, "-c", "print(1)"), tmp_path, "c0de")
+
+
+def _until(true, seconds=30.0):
+    ends = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < ends
+        time.sleep(0.05)

@@ -1,0 +1,44 @@
+"""`sim1 prove` as it is typed."""
+
+import json
+import shlex
+
+from proof_stand_ins import notes, write_programs
+from typer.testing import CliRunner
+
+from assets_defs.cli import app
+
+
+def prove(*words):
+    return CliRunner().invoke(app, ["prove", *map(str, words)])
+
+
+def test_without_a_campaign_it_asks_what_to_draw(tmp_path):
+    said = prove("--out", tmp_path / "out")
+    assert said.exit_code == 2
+    assert "say how many cases to draw (--cases 60)" in said.output
+    said = prove("--report", "--out", tmp_path / "out")
+    assert said.exit_code == 2
+    assert "begin a campaign with" in said.output
+
+
+def test_a_command_films_commits_and_starts_the_real_diagnosis_which_refuses_a_bundle_that_is_none(tmp_path):
+    laboratory, _ = write_programs(tmp_path)
+    (tmp_path / "cases.yaml").write_text("- {effects: [none], seed: 7}\n")
+    words = ("--cases-file", tmp_path / "cases.yaml", "--laboratory", shlex.join(laboratory), "--out", tmp_path / "out")
+    said = prove(*words, "--only-films")
+    assert said.exit_code == 0
+    printed = [line.split() for line in said.output.splitlines()]
+    for line in (tmp_path / "out" / "commitments.jsonl").read_text().splitlines():
+        for hashed in json.loads(line)["sha256"].values():
+            assert any(hashed in [word.rstrip(",") for word in words] for words in printed)
+    said = prove("--out", tmp_path / "out")
+    assert said.exit_code == 0
+    assert "0 of 1 (95 % interval" in said.output
+    proof = json.loads((tmp_path / "out" / "proof.json").read_text())
+    assert proof["outcomes"][0]["verdict"] == "failed"
+    assert "bundle.yaml" in proof["outcomes"][0]["error"]
+    assert len(notes(tmp_path, "laboratory")) == 1
+    again = prove(*words)
+    assert again.exit_code == 2
+    assert "leave out --cases-file, --laboratory" in again.output

@@ -1,0 +1,121 @@
+"""What counts as right, and what many cases come to."""
+
+import numpy as np
+import pytest
+
+from sim1.proof.page import said
+from sim1.proof.place import place_auc
+from sim1.proof.score import Found, Number, Outcome, is_right
+from sim1.proof.totals import confusion_of, share_of, totals_of
+
+
+def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5)):
+    """A case in which 1.0 was found where 1.1 is true."""
+    number = Number(value=1.0, low=low, high=1.2, true=1.1)
+    found = Found(
+        first=named[0] if named else "wind",
+        gains={"air_drag": 80.0},
+        effects={
+            name: {"c": number if name in concealed else number.model_copy(update={"true": None})} for name in named
+        },
+        fabric={"poisson": number},
+        misfit=(1.5, 1.0),
+        fit_mm=(1.0, 0.5),
+        heldout_mm=heldout,
+        place_auc=0.95 if concealed else None,
+    )
+    return Outcome(
+        case=case,
+        kind=kind,
+        concealed={name: {"c": 1.1} for name in concealed},
+        strength="medium",
+        seed=1,
+        places_given=True,
+        verdict=verdict,
+        named=tuple(named),
+        right=is_right(kind, tuple(concealed), verdict, tuple(named)),
+        error="it broke" if verdict == "failed" else None,
+        seconds=100.0,
+        code_sha256="c0de",
+        code_changed=False,
+        found=None if verdict == "failed" else found,
+    )
+
+
+CASES = [
+    outcome("case_001", "null", [], "none"),
+    outcome("case_002", "null", [], "named", ["air_drag"], heldout=(1.0, 1.3)),
+    outcome("case_003", "single", ["air_drag"], "named", ["air_drag"]),
+    outcome("case_004", "single", ["wind"], "ambiguous", ["wind"]),
+    outcome("case_005", "single", ["wind"], "failed"),
+    outcome("case_006", "outside", ["magnet"], "unknown"),
+    outcome("case_007", "outside", ["magnet"], "named", ["gravity_tilt"]),
+    outcome("case_008", "several", ["air_drag", "wind"], "named", ["air_drag", "wind"]),
+    outcome("case_009", "several", ["adhesion", "wind"], "named", ["wind"], low=1.15),
+    outcome("case_010", "several", ["adhesion", "wind"], "named", ["shrinkage", "wind"]),
+]
+
+
+def test_right_is_every_name_and_no_other_none_for_nothing_and_no_name_where_none_fits():
+    assert [one.right for one in CASES] == [True, False, True, False, False, True, False, True, False, False]
+    assert is_right("outside", ("magnet",), "ambiguous", ("wind", "air_drag"))
+    assert not is_right("null", (), "unknown", ())
+
+
+def test_shares_count_failures_as_wrong_and_carry_exact_intervals():
+    totals = totals_of(CASES)
+    assert (totals.named.count, totals.named.of, totals.failed) == (1, 3, 1)
+    assert (totals.effects_ever_named.count, totals.effects_ever_named.of) == (1, 2)
+    assert (totals.nulls_called_none.count, totals.nulls_called_none.of) == (1, 2)
+    assert totals.false_names == {"air_drag": 1}
+    assert (totals.outside_without_name.count, totals.outside_without_name.of) == (1, 2)
+    assert (totals.several_named.count, totals.several_partly.count, totals.several_named.of) == (1, 2, 3)
+    none_of_59 = share_of([False] * 59)
+    assert none_of_59.low == 0.0
+    assert none_of_59.high == pytest.approx(1 - 0.025 ** (1 / 59))  # Clopper and Pearson in closed form
+    assert said(share_of([True] * 3 + [False] * 7)) == "3 of 10 (95 % interval 7 to 65 %)"
+    assert said(share_of([])) == "none tried"
+
+
+def test_coefficients_are_held_against_what_was_concealed_alone():
+    totals = totals_of(CASES)
+    assert (totals.effect_intervals.count, totals.effect_intervals.of) == (5, 6)  # two false names have no truth
+    assert totals.effect_error == pytest.approx(1 - 1 / 1.1)
+    assert (totals.fabric_intervals.count, totals.fabric_intervals.of) == (8, 9)
+    assert (totals.worst_heldout.case, totals.worst_heldout.after_mm) == ("case_002", 1.3)
+    assert totals_of(CASES[:1]).worst_heldout is None
+    assert totals_of([]).median_seconds is None
+
+
+def test_the_confusion_matrix_says_what_was_called_what():
+    matrix = confusion_of(CASES)
+    assert matrix.rows == ("none", "air_drag", "wind", "adhesion + wind", "air_drag + wind", "magnet")
+    assert matrix.columns[:4] == ("none", "unknown", "ambiguous", "failed")
+    assert sum(map(sum, matrix.counts)) == len(CASES)
+    cell = {
+        (row, column): n for row, line in zip(matrix.rows, matrix.counts) for column, n in zip(matrix.columns, line)
+    }
+    assert (
+        cell["none", "air_drag"]
+        == cell["wind", "ambiguous"]
+        == cell["wind", "failed"]
+        == cell["magnet", "unknown"]
+        == 1
+    )
+    assert cell["magnet", "gravity_tilt"] == cell["adhesion + wind", "shrinkage + wind"] == 1
+    assert cell["wind", "wind"] == 0
+
+
+def test_a_force_found_where_it_was_concealed_scores_one_and_elsewhere_none():
+    concealed = np.zeros((50, 10))
+    concealed[20:30, :2] = 1.0
+    time = np.linspace(0, 2, 50)
+    answers = {"a/stamps_s": time, "a/missing_n_m2": concealed}
+
+    def scored(share):
+        return place_auc({"a": (time, np.repeat((1e-3 * share)[..., None], 3, axis=2))}, answers)
+
+    assert scored(concealed) == pytest.approx(1.0)
+    assert scored(1 - concealed) == pytest.approx(0.0)
+    answers["a/missing_n_m2"] = np.ones((50, 10))
+    assert scored(concealed) is None  # what acts everywhere has no place

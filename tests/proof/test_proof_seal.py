@@ -1,0 +1,71 @@
+"""Commitments: what was told before cannot be changed afterwards unnoticed."""
+
+import hashlib
+
+import pytest
+
+from sim1.proof.seal import check_committed, code_sha256, commit, read_commitments
+from sim1.stage import BadInput
+
+
+@pytest.fixture
+def sealed(tmp_path):
+    """A folder with an answer that was committed to."""
+    (tmp_path / "answers").mkdir()
+    answer = tmp_path / "answers" / "case_001.json"
+    answer.write_text("air_drag")
+    commit(tmp_path, "case_001", [answer], "c0de")
+    return tmp_path, answer
+
+
+def test_the_hash_is_that_of_sha256sum(sealed):
+    root, answer = sealed
+    (line,) = read_commitments(root)
+    assert line.sha256 == {"answers/case_001.json": hashlib.sha256(b"air_drag").hexdigest()}
+    assert (line.of, line.code_sha256) == ("case_001", "c0de")
+    check_committed(root, "case_001", [answer])
+
+
+def test_a_changed_answer_is_found_and_named(sealed):
+    root, answer = sealed
+    answer.write_text("wind")
+    with pytest.raises(BadInput, match=r"case_001\.json: changed since it was committed to"):
+        check_committed(root, "case_001", [answer])
+    with pytest.raises(BadInput, match=r"case_001\.json: changed since"):
+        commit(root, "case_001", [answer], "c0de")
+    answer.unlink()
+    with pytest.raises(BadInput, match=r"case_001\.json: committed to at .* and gone"):
+        check_committed(root, "case_001", [answer])
+
+
+def test_committing_again_to_the_same_adds_nothing(sealed):
+    root, answer = sealed
+    first = (root / "commitments.jsonl").read_bytes()
+    commit(root, "case_001", [answer], "other")
+    assert (root / "commitments.jsonl").read_bytes() == first
+
+
+def test_a_file_that_nobody_committed_to_and_a_damaged_line_are_errors(sealed):
+    root, answer = sealed
+    other = answer.with_name("case_002.json")
+    other.write_text("wind")
+    for of, files in (("case_002", [other]), ("case_001", [answer, other])):
+        with pytest.raises(BadInput, match="holds no commitment to it"):
+            check_committed(root, of, files)
+    with (root / "commitments.jsonl").open("a") as file:
+        file.write('{"at": "2026')
+    with pytest.raises(BadInput, match="line 2 is damaged"):
+        read_commitments(root)
+
+
+def test_the_hash_of_the_code_sees_names_and_contents_of_the_diagnosing_rooms_alone(tmp_path):
+    for room in ("mismatch", "cloth", "proof"):
+        (tmp_path / room).mkdir()
+    seen = [code_sha256(tmp_path)]
+    for path, text in (("mismatch/a.py", "a = 1"), ("mismatch/a.py", "a = 2"), ("cloth/b.py", "")):
+        (tmp_path / path).write_text(text)
+        seen.append(code_sha256(tmp_path))
+    assert len(set(seen)) == 4
+    (tmp_path / "proof/c.py").write_text("c = 3")
+    (tmp_path / "cloth/d.txt").write_text("d")
+    assert code_sha256(tmp_path) == seen[-1]
