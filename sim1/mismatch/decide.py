@@ -21,11 +21,8 @@ class Thresholds:
     margin_share: float = 0.002  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
-    explained: float = (
-        0.5  # of the baseline's excess over noise and mesh that a named model must explain where it acts,
-    )
-    left: float = 1.1  # unless it leaves no more than this mean square there
-    acts: float = 0.1  # of what it gains in all recordings together: a recording with so much is one where it acts
+    explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
+    left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
 
 
 THRESHOLDS = Thresholds()
@@ -68,25 +65,18 @@ def mean_square(fit: Fit, names: tuple[str, ...] = ()) -> float:
     return float(np.mean(np.minimum(values**2, GROSS)))
 
 
-def where_it_acts(null: Fit, model: Fit, thresholds: Thresholds) -> tuple[str, ...]:
-    """Recordings in which a model gains most of what it gains. What is wrong in others, wrinkles say, is no witness against it."""
-    gains = {
-        name: cost_of(null.residuals, (name,), null.temper) - cost_of(model.residuals, (name,), model.temper)
-        for name in model.names
-    }
-    total = sum(max(gain, 0.0) for gain in gains.values())
-    return tuple(name for name, gain in gains.items() if gain > thresholds.acts * total)
+def explained(null: Fit, model: Fit, thresholds: Thresholds) -> float:
+    """Share of the excess over noise and mesh that a model explains, by recording, weighed by what it gains in each.
 
-
-def explains(null: Fit, model: Fit, thresholds: Thresholds) -> bool:
-    """Whether a model leaves next to no excess over noise and mesh, or explains enough of what there is where it acts."""
-    if mean_square(model) <= thresholds.left:
-        return True
-    names = where_it_acts(null, model, thresholds)
-    if not names:
-        return False
-    before, after = mean_square(null, names), mean_square(model, names)
-    return before > thresholds.left and before - after >= thresholds.explained * (before - 1.0)
+    What is wrong where it does nothing, wrinkles say, is no witness against it; fitting better what had no excess, none for it.
+    """
+    gains, shares = [], []
+    for name in model.names:
+        gain = cost_of(null.residuals, (name,), null.temper) - cost_of(model.residuals, (name,), model.temper)
+        before, after = mean_square(null, (name,)), mean_square(model, (name,))
+        gains.append(max(gain, 0.0))
+        shares.append(np.clip((before - after) / (before - 1.0), 0.0, 1.0) if before > thresholds.left else 0.0)
+    return float(np.dot(gains, shares) / max(sum(gains), 1e-9))
 
 
 def decide(pool: list[Model], thresholds: Thresholds) -> Decision:
@@ -97,7 +87,7 @@ def decide(pool: list[Model], thresholds: Thresholds) -> Decision:
         return _unchanged("none" if before < thresholds.misfit else "unknown", null, before)
     best = _simplest(pool, best, thresholds)
     gain, after = gain_of(pool, best, thresholds), mean_square(best.fit)
-    if not explains(null.fit, best.fit, thresholds):
+    if after > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
         return _unchanged("unknown", null, before)
     close = max(thresholds.margin, thresholds.margin_share * gain)
     rivals = tuple(

@@ -43,9 +43,8 @@ class Prices(Strict):
     margin: float
     second: float  # what one effect more has to gain over the first,
     second_share: float  # also in units of the first's gain
-    explained: float  # share of the excess misfit, in recordings with `acts` of its gain, unless it leaves at most `left` in all
+    explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`
     left: float
-    acts: float
 
 
 class Summary(Strict):
