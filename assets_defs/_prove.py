@@ -59,8 +59,8 @@ def prove(
 
     totals = found.totals
     print(
-        f"{len(found.outcomes)} of {found.drawn} cases scored: single effects named {said(totals.named)}; "
-        f"nothing missing called none {said(totals.nulls_called_none)}; {out / 'proof.html'}"
+        f"{len(found.outcomes)} of {found.drawn} cases scored: single effects named: {said(totals.named)}; "
+        f"nothing concealed called none: {said(totals.nulls_called_none)}; {out / 'proof.html'}"
     )
 
 
