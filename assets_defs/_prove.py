@@ -27,6 +27,9 @@ def prove(
     parallel: Annotated[int, typer.Option(min=1, help="Cases at once; a diagnosis alone uses all cores.")] = 1,
     limit_minutes: Annotated[float, typer.Option(min=0.1, help="A diagnosis that takes longer has failed.")] = 60.0,
     only_films: Annotated[bool, typer.Option("--only-films", help="Film and commit, diagnose nothing.")] = False,
+    oracle: Annotated[
+        bool, typer.Option("--oracle", help="Of what is diagnosed: what a model that is told the effects gains.")
+    ] = False,
     report: Annotated[bool, typer.Option("--report", help="Score again and rewrite the page, no more.")] = False,
 ) -> None:
     """Prove on concealed cases what `sim1 diagnose` can do. A killed campaign goes on where it was."""
@@ -47,7 +50,15 @@ def prove(
         with exclusive(root / "campaign.lock"):
             from sim1.proof.files import Files
 
-            found = rewrite(Files(root)) if report else _run(root, wish, parallel, 60 * limit_minutes, only_films)
+            if report or oracle:
+                found = rewrite(Files(root))
+            else:
+                found = _run(root, wish, parallel, 60 * limit_minutes, only_films)
+            if oracle:
+                from sim1.proof.oracle import ask_oracle
+
+                ask_oracle(Files(root), found.outcomes, _say)
+                found = rewrite(Files(root))
     except BadInput as error:
         _stop(str(error))
     except Taken as taken:

@@ -33,6 +33,14 @@ class Record(Strict):
     parallel: pydantic.PositiveInt  # cases at once
 
 
+class Oracle(Strict):
+    """`oracles/CASE.json`: what a model that is told the concealed effects comes to."""
+
+    case: str
+    heldout_mm: pydantic.NonNegativeFloat | None  # None: no simulation of it found its way
+    seconds: pydantic.NonNegativeFloat
+
+
 @dataclass(frozen=True)
 class Files:
     """Places below the folder of a campaign. Names of cases say nothing of what is in them."""
@@ -59,6 +67,10 @@ class Files:
     def record(self, case: str) -> Path:
         """How it ended."""
         return self.root / "records" / f"{case}.json"
+
+    def oracle(self, case: str) -> Path:
+        """What the oracle said, if it was asked."""
+        return self.root / "oracles" / f"{case}.json"
 
 
 def case_names(count: int) -> tuple[str, ...]:

@@ -10,14 +10,15 @@ import numpy as np
 import pydantic
 
 from sim1.data_file import explained
-from sim1.mismatch.strict_json import Strict
+from sim1.mismatch.strict_json import Strict, read_json
 from sim1.mismatch.summary import Summary, read_summary
 from sim1.mismatch.verdict import Verdict, read_verdict
 from sim1.proof.draw import Case
-from sim1.proof.files import Files, Record
+from sim1.proof.files import Files, Oracle, Record
 from sim1.stage import BadInput
 
 FABRIC = ("area_density_kg_m2", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
+WORTH = 0.05  # of the baseline's held-out error: where an oracle gains less, there was nothing to recover
 BASELINE = "the baseline"  # what a ranking calls the model without effects
 JOINT = " with "  # between the effects of a ranked model
 
@@ -66,6 +67,17 @@ class Outcome(Strict):
     code_sha256: str
     code_changed: bool
     found: Found | None  # None: failed
+    oracle_mm: float | None  # held out, of a model that was told the effects; None: not asked, or it found no way
+
+    @property
+    def gap_closed(self) -> float | None:
+        """Share of what the oracle gains held out that the diagnosis gained; None where there was next to nothing to gain."""
+        if self.found is None or self.oracle_mm is None:
+            return None
+        before, after = self.found.heldout_mm
+        if before - self.oracle_mm < WORTH * before:
+            return None
+        return (before - after) / (before - self.oracle_mm)
 
 
 class _Effect(pydantic.BaseModel):
@@ -133,7 +145,12 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
         code_sha256=record.code_sha256,
         code_changed=record.code_changed,
         found=found,
+        oracle_mm=_oracle_mm(files.oracle(record.case)),
     )
+
+
+def _oracle_mm(path: Path) -> float | None:
+    return read_json(path, Oracle, "remove it and ask again").heldout_mm if path.is_file() else None
 
 
 def kind_of(answers: Answers) -> Literal["null", "outside", "several", "single"]:

@@ -45,6 +45,8 @@ class Totals(Strict):
     fabric_intervals: Share
     fabric_error: float | None
     place_auc: float | None  # median, where force is local
+    gap_closed: float | None  # median share of the oracle's gain held out; None: of no case known
+    gaps: int  # cases in which there was one to close
     worst_heldout: Extreme | None  # None: it got worse nowhere
     median_seconds: float | None
     failed: int
@@ -75,6 +77,7 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
     effects = [n for part in true_finds for numbers in part.values() for n in numbers.values() if n.true is not None]
     fabric = [n for o in outcomes if o.found for n in o.found.fabric.values()]
     places = [o.found.place_auc for o in outcomes if o.found and o.found.place_auc is not None]
+    gaps = [one.gap_closed for one in outcomes if one.gap_closed is not None]
     named_nulls = [o for o in nulls if o.named]
     false = [name for o in named_nulls for name in o.named]
     return Totals(
@@ -95,6 +98,8 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
         fabric_intervals=share_of(n.holds for n in fabric),
         fabric_error=_median_error(fabric),
         place_auc=float(np.median(places)) if places else None,
+        gap_closed=float(np.median(gaps)) if gaps else None,
+        gaps=len(gaps),
         worst_heldout=_worst(outcomes),
         median_seconds=float(np.median([o.seconds for o in outcomes])) if outcomes else None,
         failed=sum(o.verdict == "failed" for o in outcomes),

@@ -9,7 +9,7 @@ from sim1.proof.score import Found, Number, Outcome, is_right
 from sim1.proof.totals import confusion_of, share_of, totals_of
 
 
-def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5)):
+def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5), oracle_mm=None):
     """A case in which 1.0 was found where 1.1 is true."""
     number = Number(value=1.0, low=low, high=1.2, true=1.1)
     found = Found(
@@ -39,6 +39,7 @@ def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5
         code_sha256="c0de",
         code_changed=False,
         found=None if verdict == "failed" else found,
+        oracle_mm=oracle_mm,
     )
 
 
@@ -85,6 +86,17 @@ def test_coefficients_are_held_against_what_was_concealed_alone():
     assert (totals.worst_heldout.case, totals.worst_heldout.after_mm) == ("case_002", 1.3)
     assert totals_of(CASES[:1]).worst_heldout is None
     assert totals_of([]).median_seconds is None
+
+
+def test_what_was_gained_held_out_is_set_against_what_an_oracle_gains():
+    half = outcome("case_001", "single", ["wind"], "named", ["wind"], heldout=(2.0, 1.25), oracle_mm=0.5)
+    nothing_to_gain = outcome("case_002", "single", ["wind"], "named", ["wind"], heldout=(2.0, 1.9), oracle_mm=1.95)
+    not_asked = outcome("case_003", "single", ["wind"], "named", ["wind"])
+    assert half.gap_closed == pytest.approx(0.5)
+    assert nothing_to_gain.gap_closed is None
+    assert not_asked.gap_closed is None
+    totals = totals_of([half, nothing_to_gain, not_asked])
+    assert (totals.gap_closed, totals.gaps) == (pytest.approx(0.5), 1)
 
 
 def test_the_confusion_matrix_says_what_was_called_what():

@@ -1,0 +1,62 @@
+"""The oracle: a model that is told what was concealed, fitted like any other. What it gains held out is all there was to gain."""
+
+import time
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from sim1.proof.files import Files, Oracle, write_whole
+from sim1.proof.score import Outcome
+from sim1.recording.bundle import Bundle, read_bundle
+
+
+def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str], None]) -> None:
+    """Ask of every case with effects of the table that has been diagnosed and not been asked yet.
+
+    Raises:
+        BadInput: a bundle or its answers are damaged.
+    """
+    asked = [one for one in outcomes if one.kind in ("single", "several") and one.found]
+    for number, one in enumerate(asked, start=1):
+        if files.oracle(one.case).is_file():
+            continue
+        began = time.monotonic()
+        fabric = {name: n.true for name, n in one.found.fabric.items() if n.true is not None}
+        off_m = heldout_m(read_bundle(files.bundle(one.case)), one.concealed, fabric)
+        answer = Oracle(
+            case=one.case,
+            heldout_mm=None if off_m is None else 1e3 * off_m,
+            seconds=round(time.monotonic() - began, 3),
+        )
+        write_whole(files.oracle(one.case), answer)
+        tell(f"{one.case}: the oracle is off by {answer.heldout_mm} mm; {number} of {len(asked)} asked")
+
+
+def heldout_m(bundle: Bundle, effects: Mapping[str, Mapping[str, float]], fabric: Mapping[str, float]) -> float | None:
+    """Error [m] on the held-out recording of the model with these effects, fitted from these values to the other recordings.
+
+    None: no simulation of it found its way.
+    """
+    from sim1.cloth.effects import EFFECTS
+    from sim1.cloth.precise.simulate import NotConverged
+    from sim1.mismatch.engine import Engine
+    from sim1.mismatch.heldout import held_out, rmse_of
+    from sim1.mismatch.models import calibrate
+    from sim1.mismatch.search import Term, baseline
+
+    plain, held = baseline(bundle), held_out(bundle)
+    start = [c.z(fabric[c.name]) if c.name in fabric else 0.0 for c in plain.nominal]
+    terms = []
+    for name, true in effects.items():
+        shapes = {c.name: true[c.name] for c in EFFECTS[name].coefficients if c.shape and c.name in true}
+        terms.append(Term.of(EFFECTS[name], shapes))
+        start += [0.0 if c.shape or c.name not in true else c.z(true[c.name]) for c in terms[-1].coefficients]
+    model, z = plain.with_terms(*terms), np.array(start)
+    with Engine(bundle) as engine:
+        names = tuple(name for name in engine.names if name != held)
+        try:
+            found = calibrate(engine, model, z, names, lambda share: None)
+            markers = engine.foretell(model.world(found.z), (held,))
+        except NotConverged:
+            return None
+    return rmse_of(bundle, markers, (held,))
