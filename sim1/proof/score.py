@@ -29,6 +29,7 @@ class Number(Strict):
     value: float
     low: float
     high: float
+    unit: str
     true: float | None
 
     @property
@@ -188,14 +189,16 @@ def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found
         gains={row.name: row.gain for row in summary.ranking if row.name != BASELINE},
         effects={
             effect.name: {
-                name: Number(value=c.value, low=c.ci95[0], high=c.ci95[1], true=_true(true, effect.name, name))
+                name: Number(
+                    value=c.value, low=c.ci95[0], high=c.ci95[1], unit=c.unit, true=_true(true, effect.name, name)
+                )
                 for name, c in effect.parameters.items()
                 if c.ci95 is not None
             }
             for effect in verdict.missing_physics
         },
         fabric={
-            name: Number(value=p.value, low=p.ci95[0], high=p.ci95[1], true=answers.baseline[name])
+            name: Number(value=p.value, low=p.ci95[0], high=p.ci95[1], unit="", true=answers.baseline[name])
             for name, p in properties.items()
             if p.ci95 is not None and name in answers.baseline
         },

@@ -41,7 +41,9 @@ class Totals(Strict):
     several_partly: Share  # at least one of them, and none that was not concealed; holds the row above
     first_ranked: Share  # single effects that came first in the ranking, whatever the verdict
     effect_intervals: Share  # that hold the true coefficient
-    effect_error: float | None  # median of abs(found / true - 1) of coefficients
+    effect_error: (
+        float | None
+    )  # median of abs(found - true) over the largest true coefficient of the effect in the same unit
     fabric_intervals: Share
     fabric_error: float | None
     place_auc: float | None  # median, where force is local
@@ -74,7 +76,10 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
     kinds = {kind: [o for o in outcomes if o.kind == kind] for kind in ("null", "outside", "several", "single")}
     nulls, singles, several = kinds["null"], kinds["single"], kinds["several"]
     true_finds = [o.found.effects for o in outcomes if o.found]
-    effects = [n for part in true_finds for numbers in part.values() for n in numbers.values() if n.true is not None]
+    by_effect = [
+        [n for n in numbers.values() if n.true is not None] for part in true_finds for numbers in part.values()
+    ]
+    effects = [n for numbers in by_effect for n in numbers]
     fabric = [n for o in outcomes if o.found for n in o.found.fabric.values()]
     places = [o.found.place_auc for o in outcomes if o.found and o.found.place_auc is not None]
     gaps = [one.gap_closed for one in outcomes if one.gap_closed is not None]
@@ -94,14 +99,14 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
         several_partly=share_of(o.verdict == "named" and set(o.named) <= set(o.concealed) for o in several),
         first_ranked=share_of(o.found is not None and o.found.first in o.concealed for o in singles),
         effect_intervals=share_of(n.holds for n in effects),
-        effect_error=_median_error(effects),
+        effect_error=_median([error for numbers in by_effect for error in _errors(numbers)]),
         fabric_intervals=share_of(n.holds for n in fabric),
-        fabric_error=_median_error(fabric),
-        place_auc=float(np.median(places)) if places else None,
-        gap_closed=float(np.median(gaps)) if gaps else None,
+        fabric_error=_median([error for n in fabric for error in _errors([n])]),
+        place_auc=_median(places),
+        gap_closed=_median(gaps),
         gaps=len(gaps),
         worst_heldout=_worst(outcomes),
-        median_seconds=float(np.median([o.seconds for o in outcomes])) if outcomes else None,
+        median_seconds=_median([o.seconds for o in outcomes]),
         failed=sum(o.verdict == "failed" for o in outcomes),
     )
 
@@ -129,9 +134,16 @@ def _joined(names: Iterable[str]) -> str:
     return " + ".join(sorted(names))
 
 
-def _median_error(numbers: Sequence[Number]) -> float | None:
-    off = [abs(n.value / n.true - 1.0) for n in numbers if n.true]
-    return float(np.median(off)) if off else None
+def _errors(numbers: Sequence[Number]) -> list[float]:
+    """How far off each is, in units of the largest of its kind: a tilt about one axis is no worse found for being small."""
+    largest: dict[str, float] = {}
+    for n in numbers:
+        largest[n.unit] = max(largest.get(n.unit, 0.0), abs(n.true or 0.0))
+    return [abs(n.value - (n.true or 0.0)) / largest[n.unit] for n in numbers if largest[n.unit] > 0.0]
+
+
+def _median(values: Sequence[float]) -> float | None:
+    return float(np.median(values)) if values else None
 
 
 def _worst(outcomes: Sequence[Outcome]) -> Extreme | None:

@@ -11,7 +11,7 @@ from sim1.proof.totals import confusion_of, share_of, totals_of
 
 def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5), oracle_mm=None):
     """A case in which 1.0 was found where 1.1 is true."""
-    number = Number(value=1.0, low=low, high=1.2, true=1.1)
+    number = Number(value=1.0, low=low, high=1.2, unit="1", true=1.1)
     found = Found(
         first=named[0] if named else "wind",
         gains={"air_drag": 80.0},
@@ -97,6 +97,16 @@ def test_what_was_gained_held_out_is_set_against_what_an_oracle_gains():
     assert not_asked.gap_closed is None
     totals = totals_of([half, nothing_to_gain, not_asked])
     assert (totals.gap_closed, totals.gaps) == (pytest.approx(0.5), 1)
+
+
+def test_a_small_component_is_measured_by_the_largest_of_its_kind():
+    tilts = {
+        "tilt_x": Number(value=0.010, low=0.0, high=0.02, unit="rad", true=0.011),
+        "tilt_y": Number(value=0.0001, low=0.0, high=0.02, unit="rad", true=0.0002),
+    }
+    one = outcome("case_001", "single", ["gravity_tilt"], "named", ["gravity_tilt"])
+    one = one.model_copy(update={"found": one.found.model_copy(update={"effects": {"gravity_tilt": tilts}})})
+    assert totals_of([one]).effect_error == pytest.approx(0.5 * (0.001 + 0.0001) / 0.011)
 
 
 def test_the_confusion_matrix_says_what_was_called_what():
