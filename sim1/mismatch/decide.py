@@ -23,6 +23,7 @@ class Thresholds:
     misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
     explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
     left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
+    heldout: float = 1.02  # of the baseline's error on held-out motion that a named model may have
 
 
 THRESHOLDS = Thresholds()
@@ -83,9 +84,10 @@ def decide(pool: list[Model], thresholds: Thresholds) -> Decision:
     """What a pool of models, the baseline among them, says."""
     null, best = null_of(pool), best_of(pool, thresholds)
     before = mean_square(null.fit)
+    if gain_of(pool, best, thresholds) >= thresholds.named:
+        best = _simplest(pool, best, thresholds)  # two that gain a little each are no name, however much together
     if gain_of(pool, best, thresholds) < thresholds.named:
         return _unchanged("none" if before < thresholds.misfit else "unknown", null, before)
-    best = _simplest(pool, best, thresholds)
     gain, after = gain_of(pool, best, thresholds), mean_square(best.fit)
     if after > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
         return _unchanged("unknown", null, before)
@@ -107,6 +109,16 @@ def decide(pool: list[Model], thresholds: Thresholds) -> Decision:
         rivals=rivals,
         misfit={"baseline": before, "chosen": after},
     )
+
+
+def not_borne_out(decision: Decision, heldout_m: dict[str, float], thresholds: Thresholds) -> Decision:
+    """The decision, or `unknown` where motion that nobody fitted is foretold worse with what was named.
+
+    `heldout_m`: errors of `baseline` and `augmented` on it.
+    """
+    if decision.chosen is decision.null or heldout_m["augmented"] <= thresholds.heldout * heldout_m["baseline"]:
+        return decision
+    return _unchanged("unknown", decision.null, decision.misfit["baseline"])
 
 
 def _unchanged(verdict: str, null: Model, misfit: float) -> Decision:

@@ -7,7 +7,7 @@ import numpy as np
 
 from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.contest import contest
-from sim1.mismatch.decide import THRESHOLDS, Thresholds, decide, rating
+from sim1.mismatch.decide import THRESHOLDS, Thresholds, decide, not_borne_out, rating
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Tempers
 from sim1.mismatch.heldout import held_out, rmse_of
@@ -68,14 +68,18 @@ def _diagnose(
     fitted = tuple(name for name in engine.names if name not in heldout)
     found = contest(engine, baseline(bundle), fitted, thresholds, lambda s, what: progress(0.02 + 0.78 * s, what))
     decision, stopped = decide(found.pool, thresholds), engine.patience.over
-    verdict = decision.verdict
-    if verdict == "none" and (stopped or any(candidate.gain > thresholds.named for candidate in found.lost)):
-        verdict = "unknown"  # not all was tried
     progress(0.8, "checking on motion held out")
     foretold = {"baseline": _foretold(engine, decision.null)}
     foretold["augmented"] = (
         foretold["baseline"] if decision.chosen is decision.null else _foretold(engine, decision.chosen)
     )
+    errors_m = {label: rmse_of(bundle, markers, heldout) for label, markers in foretold.items()}
+    decision = not_borne_out(decision, errors_m, thresholds)
+    if decision.chosen is decision.null:
+        foretold["augmented"] = foretold["baseline"]
+    verdict = decision.verdict
+    if verdict == "none" and (stopped or any(candidate.gain > thresholds.named for candidate in found.lost)):
+        verdict = "unknown"  # not all was tried
     progress(0.93, "locating")
     return Diagnosis(
         fitted=fitted,

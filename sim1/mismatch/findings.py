@@ -141,7 +141,7 @@ def _why_not(name: str, found: Diagnosis, thresholds: Thresholds) -> str:
     best = min(mine, key=lambda model: rating(model, thresholds))
     behind = rating(best, thresholds) - rating(found.chosen, thresholds)
     if behind < 0 and found.verdict == "unknown":
-        return f"{_joined(best)} gains {-behind:.1f} nats over the baseline and was not found to explain most of what is missing"
+        return f"{_joined(best)} gains {-behind:.1f} nats over the baseline, but explains too little of what is missing or foretells held-out motion worse"
     if behind < 0:
         return f"it gains {-behind:.1f} nats beside {_joined(found.chosen)}: less than a further effect has to"
     return f"{_joined(best)} explains {behind:.1f} nats less of the motion than {_joined(found.chosen)}"
@@ -184,7 +184,7 @@ def sentence(found: Diagnosis) -> str:
     if found.verdict == "ambiguous":
         rivals = ", ".join(_joined(rival) for rival in found.rivals)
         return f"Something was left out, and {_joined(found.chosen)} explains it no better than {rivals} ({before:.2f} to {after:.2f} mm held out)."
-    nearest = f"; {_joined(found.models[0])} comes nearest and leaves most of it" if found.models[0].terms else ""
+    nearest = f"; {_joined(found.models[0])} comes nearest and is not borne out" if found.models[0].terms else ""
     return f"Something was left out that no known effect explains: {before:.2f} mm on held-out motion{nearest}."
 
 

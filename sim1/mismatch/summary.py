@@ -45,6 +45,7 @@ class Prices(Strict):
     second_share: float  # also in units of the first's gain
     explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`
     left: float
+    heldout: float  # of the baseline's error on held-out motion that a named model may have
 
 
 class Summary(Strict):

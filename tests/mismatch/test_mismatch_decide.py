@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_bundle import empty_bundle
 
-from sim1.mismatch.decide import THRESHOLDS, decide, explained, mean_square
+from sim1.mismatch.decide import THRESHOLDS, decide, explained, mean_square, not_borne_out
 from sim1.mismatch.fit import Fit, loss
 from sim1.mismatch.models import Model
 from sim1.mismatch.search import baseline
@@ -98,6 +98,21 @@ def test_two_that_explain_it_alike_are_ambiguous_and_neither_is_hidden(unknowns)
     found = decide(pool, THRESHOLDS)
     assert found.verdict == "ambiguous"
     assert [model.terms for model in found.rivals] == [("actuator_lag",)]
+
+
+def test_two_that_gain_a_little_each_are_no_name_together(unknowns):
+    pair = ("anisotropic_bending", "anisotropic_stretch")
+    gains = {pair: 60.0, pair[:1]: 21.0, pair[1:]: 25.0}
+    assert verdict(unknowns, gains) == ("none", ())
+
+
+def test_a_name_with_which_motion_held_out_is_foretold_worse_is_withdrawn(unknowns):
+    found = decide(pool_of(unknowns, {("air_drag",): 500.0}), THRESHOLDS)
+    kept = not_borne_out(found, {"baseline": 0.002, "augmented": 0.00201}, THRESHOLDS)
+    assert (kept.verdict, kept.chosen.terms) == ("named", ("air_drag",))
+    withdrawn = not_borne_out(found, {"baseline": 0.002, "augmented": 0.0021}, THRESHOLDS)
+    assert (withdrawn.verdict, withdrawn.chosen.terms, withdrawn.rivals) == ("unknown", (), ())
+    assert withdrawn.misfit == {"baseline": withdrawn.misfit["baseline"], "chosen": withdrawn.misfit["baseline"]}
 
 
 def test_a_second_effect_must_earn_its_place(unknowns):

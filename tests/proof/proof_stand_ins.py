@@ -56,7 +56,7 @@ coefficient = {"value": 1.9, "ci95": [1.5, 2.5], "unit": "1"}
     "schema": "sim1.verdict/1", "verdict": verdict, "noise_std_m": 0.0003, "rmse_m": {"baseline": error, "augmented": better},
     "mismatch": {"regions": [], "windows": [], "signature": "made up"}, "alternatives": [], "next_experiment": "none",
     "missing_physics": [{"name": n, "probability": 1.0, "parameters": {"c": coefficient}, "heldout_rmse_reduction": 0.5} for n in names]}))
-prices = dict.fromkeys(("per_term", "named", "margin", "second", "second_share", "explained", "left"), 1.0)
+prices = dict.fromkeys(("per_term", "named", "margin", "second", "second_share", "explained", "left", "heldout"), 1.0)
 ranking = [{"name": " with ".join(names) or "wind", "gain": 50.0, "misfit": 1.0}, {"name": "the baseline", "gain": 0.0, "misfit": 2.0}]
 (out / "summary.json").write_text(json.dumps({
     "schema": "sim1.diagnosis/1", "sentence": "made up", "fitted": ["a"], "heldout": ["b"], "converged": True,
