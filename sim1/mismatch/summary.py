@@ -54,7 +54,7 @@ class Summary(Strict):
     schema_: Literal["sim1.diagnosis/1"] = pydantic.Field(default="sim1.diagnosis/1", alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
-    heldout: tuple[str, ...]  # seen by no fit and no choice
+    heldout: tuple[str, ...]  # seen by no fit; it has a veto on names
     converged: bool  # the searches of the baseline and of the chosen model
     misfit: Misfit
     prices: Prices
