@@ -102,7 +102,7 @@ def test_two_that_explain_it_alike_are_ambiguous_and_neither_is_hidden(unknowns)
 
 def test_two_that_gain_a_little_each_are_no_name_together(unknowns):
     pair = ("anisotropic_bending", "anisotropic_stretch")
-    gains = {pair: 60.0, pair[:1]: 21.0, pair[1:]: 25.0}
+    gains = {pair: 1.3 * THRESHOLDS.named, pair[:1]: 0.5 * THRESHOLDS.named, pair[1:]: 0.55 * THRESHOLDS.named}
     assert verdict(unknowns, gains) == ("none", ())
 
 
@@ -117,7 +117,9 @@ def test_a_name_with_which_motion_held_out_is_foretold_worse_is_withdrawn(unknow
 
 def test_a_second_effect_must_earn_its_place(unknowns):
     pair = ("air_drag", "shrinkage")
-    little, much = ({("air_drag",): 400.0, pair: 400.0 + gain} for gain in (20.0, 60.0))
+    little, much = (
+        {("air_drag",): 400.0, pair: 400.0 + gain} for gain in (0.5 * THRESHOLDS.second, 1.2 * THRESHOLDS.second)
+    )
     assert verdict(unknowns, little) == ("named", ("air_drag",))
     assert verdict(unknowns, much) == ("named", pair)
 
