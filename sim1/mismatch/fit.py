@@ -111,10 +111,13 @@ def fit(
         elif exact or (arrived and not settle):
             converged = followed  # also where no way leads down along the slopes: as good as this mesh tells
             break
-        residuals, slopes = engine.slopes(unknowns, z, names)
-        exact = True
-    if settle and not exact and not engine.patience.over:
-        residuals, slopes = engine.slopes(unknowns, z, names)
+        measured = _measured(engine, unknowns, z, names)
+        if measured is None:
+            break
+        (residuals, slopes), exact = measured, True
+    else:
+        if settle and not exact and not engine.patience.over:
+            residuals, slopes = _measured(engine, unknowns, z, names) or (residuals, slopes)
     return Fit(
         unknowns=unknowns,
         z=z,
@@ -124,6 +127,14 @@ def fit(
         slopes=slopes,
         converged=converged,
     )
+
+
+def _measured(engine: Engine, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]) -> Looked | None:
+    """What `Engine.slopes` says; None where the sheet finds its way and its twins do not, and slopes stay what steps have shown."""
+    try:
+        return engine.slopes(unknowns, z, names)
+    except NotConverged:
+        return None
 
 
 def _downhill(

@@ -118,6 +118,19 @@ def test_a_motion_and_its_twins_foretell_a_similar_one(bundle, world):
     assert np.abs(guided.shapes_m - truth.shapes_m).max() < 5e-5
 
 
+def test_a_motion_without_twins_foretells_by_those_of_the_one_that_foretold_it(bundle, world):
+    scene = prepare(bundle, bundle.recordings[1], 1 / 60)
+    stiffer = [replace(world, bending_n_m=factor * world.bending_n_m) for factor in (1.00001, 1.05, 1.1)]
+    run = simulate(scene, [world, stiffer[0]], leads=True)
+    motions = Motions()
+    motions.keep([world, stiffer[0]], run.shapes_m, run.leads_m)
+    motions.guess(stiffer[1])
+    alone = simulate(scene, [stiffer[1]], leads=True)
+    motions.keep([stiffer[1]], alone.shapes_m, alone.leads_m)
+    truth = simulate(scene, [stiffer[2]]).shapes_m
+    assert rms(motions.guess(stiffer[2]) - truth) < 0.2 * rms(alone.shapes_m - truth)
+
+
 def test_a_recording_that_does_not_use_a_grip_answers_nothing_for_it(bundle, world):
     moved = replace(world, places=tuple((1e-3, *(0.0,) * 5) for _ in world.places))
     elsewhere = replace(world, places=(*world.places, (1.0,) * 6))

@@ -12,7 +12,7 @@ from sim1.cloth.precise.arrays import RETAINED, YIELD
 from sim1.cloth.precise.memory import fold
 from sim1.cloth.precise.mesh import square_sheet
 from sim1.cloth.precise.scene import prepare
-from sim1.cloth.precise.simulate import simulate
+from sim1.cloth.precise.simulate import NotConverged, simulate
 from sim1.cloth.precise.start import spread_over
 from sim1.mismatch.search import baseline
 from sim1.stage import BadInput
@@ -85,9 +85,8 @@ def test_shape_and_velocity_of_a_start_in_motion_come_from_the_first_frames(bund
     np.testing.assert_allclose(scene.start[:, 1], 0.0, atol=1e-6)
 
 
-@pytest.mark.parametrize("memory", [{"hysteresis_n": 2e-4, "turn_1_m": 3.0}, {"yield_1_m": 4.0, "retained": 0.5}])
-def test_a_sheet_that_remembers_how_it_was_bent_rests_where_it_starts(memory):
-    """Held out level by its edge it sags; what yarns that rub, or folds, keep of that bend is part of its balance."""
+def level_scene():
+    """A sheet held out level by its edge, and still; and its world."""
     bundle = empty_bundle(duration_s=0.6, motions=1)
     (recording,), held = bundle.recordings, np.arange(14)  # two rows: they hold its slope too
     track, material = recording.drives["bar"], bundle.mesh.material_m[held]
@@ -101,9 +100,14 @@ def test_a_sheet_that_remembers_how_it_was_bent_rests_where_it_starts(memory):
     hold = replace(recording.holds[0], vertices=held, places_m=places)
     recording = replace(recording, drives={"bar": level}, holds=(hold,))
     bundle = replace(bundle, recordings=(recording,))
-    scene = prepare(bundle, recording, 1 / 120)
     unknowns = baseline(bundle)
-    plain = unknowns.world(np.zeros(unknowns.count))
+    return prepare(bundle, recording, 1 / 120), unknowns.world(np.zeros(unknowns.count))
+
+
+@pytest.mark.parametrize("memory", [{"hysteresis_n": 2e-4, "turn_1_m": 3.0}, {"yield_1_m": 4.0, "retained": 0.5}])
+def test_a_sheet_that_remembers_how_it_was_bent_rests_where_it_starts(memory):
+    """Held out level by its edge it sags; what yarns that rub, or folds, keep of that bend is part of its balance."""
+    scene, plain = level_scene()
     sags, forgets = simulate(scene, [replace(plain, **memory)]), simulate(scene, [plain])
     assert np.abs(sags.rest_m - forgets.rest_m).max() > 5e-4
     assert np.abs(sags.shapes_m - sags.rest_m).max() < 1e-4
@@ -124,3 +128,17 @@ def test_a_fold_keeps_its_share_and_is_harder_to_bend_back():
     back = bend(-20.0)  # 6 beyond that
     assert back == pytest.approx(kept * (20.0 - 6.0))
     assert bend(-20.0) == pytest.approx(back)
+
+
+def test_a_sheet_that_is_all_plastic_ends_up_hanging():
+    """What folds keep all of, gravity bends on, until nothing is left that bends."""
+    scene, plain = level_scene()
+    rest = simulate(scene, [replace(plain, yield_1_m=0.5, retained=1.0)]).rest_m
+    assert rest[-1, 2] < simulate(scene, [plain]).rest_m[-1, 2] - 2e-3
+
+
+def test_a_sheet_whose_folds_have_not_settled_is_not_called_at_rest(monkeypatch):
+    monkeypatch.setattr("sim1.cloth.precise.rest.FOLDINGS", 1)
+    scene, plain = level_scene()
+    with pytest.raises(NotConverged, match="swing_0: the sheet finds no rest"):
+        simulate(scene, [replace(plain, yield_1_m=0.5, retained=0.5)])

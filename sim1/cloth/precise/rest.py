@@ -8,7 +8,7 @@ from sim1.cloth.precise.newton import net_width, newton
 from sim1.cloth.precise.twins import FARTHEST_M, answers, matrix, solved
 
 FOLDS_1_M = 0.02  # what folds keep changes no more than this where a sheet rests
-FOLDINGS = 30  # times that a sheet finds its rest with what folds have kept so far
+FOLDINGS = 60  # times that a sheet finds its rest with what folds have kept so far
 FIRST_S = 0.004  # the first step of the search for rest
 RESTING_M = 5e-5  # while rest is sought, friction is regularised below this displacement in a step: what lies stays where it lies
 
@@ -39,6 +39,8 @@ def rest(x, net, cloth, paths, held_on, tolerance, goals, *, rounds=8, most=600)
         fold(bent, cloth.scalar[0], crease[0])
         if np.abs(crease[0] - before).max() < FOLDS_1_M:
             break
+    else:
+        return False
     if count > 1:
         h = 1.0
         for _ in range(3):  # twins are told from the base: what it still lacks to rest would count as their answer
