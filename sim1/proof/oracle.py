@@ -29,7 +29,12 @@ def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str]
             seconds=round(time.monotonic() - began, 3),
         )
         write_whole(files.oracle(one.case), answer)
-        tell(f"{one.case}: the oracle is off by {answer.heldout_mm} mm; {number} of {len(asked)} asked")
+        said = (
+            "no simulation of the oracle found its way"
+            if off_m is None
+            else f"the oracle is off by {1e3 * off_m:.2f} mm"
+        )
+        tell(f"{one.case}: {said}; {number} of {len(asked)} asked")
 
 
 def heldout_m(bundle: Bundle, effects: Mapping[str, Mapping[str, float]], fabric: Mapping[str, float]) -> float | None:

@@ -15,6 +15,7 @@ from sim1.mismatch.patience import Patience
 from sim1.mismatch.predict import predict_files
 from sim1.mismatch.summary import read_summary
 from sim1.mismatch.verdict import read_verdict
+from sim1.proof.oracle import heldout_m
 from sim1.recording.bundle import write_bundle
 from sim1.stage import BadInput
 
@@ -54,6 +55,12 @@ def test_the_files_read_back_and_the_page_says_the_verdict(dragged):
     assert not list(out.glob("*.part"))
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
+
+
+def test_an_oracle_that_is_told_of_the_drag_has_nothing_more_to_gain(dragged):
+    bundle, _, verdict, _ = dragged
+    told_m = heldout_m(bundle, {"air_drag": {"c_normal": 3.0, "c_tangential": 0.0}}, {"area_density_kg_m2": 0.2})
+    assert verdict.rmse_m.augmented.heldout == pytest.approx(told_m, rel=0.1)
 
 
 def test_prediction_from_the_model_beats_the_baseline_from_rest_and_drives_alone(dragged):

@@ -13,6 +13,7 @@ from proof_stand_ins import campaign, notes
 
 from sim1.proof.draw import Case
 from sim1.proof.files import Files
+from sim1.proof.oracle import ask_oracle
 from sim1.proof.prove import prove
 from sim1.proof.report import rewrite
 from sim1.stage import BadInput
@@ -210,3 +211,25 @@ def _until(true, seconds=30.0):
     while not true():
         assert time.monotonic() < ends
         time.sleep(0.05)
+
+
+def test_the_oracle_is_asked_once_of_what_has_effects_of_the_table_and_was_diagnosed(tmp_path, monkeypatch):
+    made = campaign(tmp_path, (DRAG, NULL, STRANGE, SHRUNK, PAIR))
+    outcomes = prove(made).outcomes
+    asked, said = [], []
+
+    def told(bundle, effects, fabric):
+        asked.append((bundle.name, sorted(effects), fabric))
+        return 0.0005 if "air_drag" in effects else None  # the pair finds no way
+
+    monkeypatch.setattr("sim1.proof.oracle.read_bundle", lambda path: path)
+    monkeypatch.setattr("sim1.proof.oracle.heldout_m", told)
+    for _ in range(2):
+        ask_oracle(made.files, outcomes, said.append)
+    assert asked == [("case_001", ["air_drag"], {"poisson": 0.3}), ("case_005", ["adhesion", "wind"], {"poisson": 0.3})]
+    scored = {one.case: one for one in rewrite(made.files).outcomes}
+    assert scored["case_001"].oracle_mm == pytest.approx(0.5)
+    assert scored["case_001"].gap_closed == pytest.approx((2.0 - 1.0) / (2.0 - 0.5))
+    assert scored["case_005"].oracle_mm is None
+    assert "oracle 0.50" in (tmp_path / "out" / "proof.html").read_text()
+    assert said[-1] == "case_005: no simulation of the oracle found its way; 2 of 2 asked"
