@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from assets_defs._open import stop
+
 Bundle = Annotated[Path, typer.Argument(help="Folder with bundle.yaml, format sim1.recordings/1.")]
 
 
@@ -37,7 +39,7 @@ def diagnose(
 
             verdict = run_diagnosis(bundle, out, tell, budget_minutes and 60 * budget_minutes)
     except (BadInput, NotConverged) as error:
-        _stop(str(error))
+        stop(str(error))
     names = ", ".join(effect.name for effect in verdict.missing_physics) or "-"
     heldout = verdict.rmse_m
     print(
@@ -61,7 +63,7 @@ def predict(
 
             rows = predict_files(bundle, model, out, tell)
     except (BadInput, NotConverged) as error:
-        _stop(str(error))
+        stop(str(error))
     print(f"{rows} rows in {out}")
 
 
@@ -79,8 +81,3 @@ def _progress():
             yield lambda share, what: bar.update(task, completed=share, description=what)
 
     return shown()
-
-
-def _stop(message: str) -> None:
-    typer.secho(f"sim1: {message}", fg="red", err=True)
-    raise typer.Exit(2)

@@ -9,6 +9,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from assets_defs._open import stop
+
 
 def prove(
     cases: Annotated[int | None, typer.Option(min=1, help="Cases to draw; from 60 on, every effect is there.")] = None,
@@ -33,7 +35,7 @@ def prove(
     report: Annotated[bool, typer.Option("--report", help="Score again and rewrite the page, no more.")] = False,
 ) -> None:
     """Prove on concealed cases what `sim1 diagnose` can do. A killed campaign goes on where it was."""
-    from assets_defs._lock import Taken, exclusive
+    from sim1.lock import Taken, exclusive
     from sim1.proof.report import rewrite
     from sim1.proof.start import Wish
     from sim1.stage import BadInput
@@ -60,9 +62,9 @@ def prove(
                 ask_oracle(Files(root), found.outcomes, _say)
                 found = rewrite(Files(root))
     except BadInput as error:
-        _stop(str(error))
+        stop(str(error))
     except Taken as taken:
-        _stop(f"{out}: process {taken.holder} works on this campaign; wait for it or end it")
+        stop(f"{out}: process {taken.holder} works on this campaign; wait for it or end it")
     except KeyboardInterrupt:
         typer.secho(f"stopped; `sim1 prove --out {out}` goes on where it was", err=True)
         raise typer.Exit(130) from None
@@ -113,8 +115,3 @@ def _say(line: str) -> None:
 
 def _interrupt(number, frame) -> None:
     raise KeyboardInterrupt
-
-
-def _stop(message: str) -> None:
-    typer.secho(f"sim1: {message}", fg="red", err=True)
-    raise typer.Exit(2)

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from assets_defs._open import stop
+
 recordings = typer.Typer(help="Recordings of real cloth: bring them in, see what they can tell.", no_args_is_help=True)
 
 
@@ -116,7 +118,7 @@ def bring(
     from sim1.stage import BadInput
 
     if up not in (None, "y", "z"):
-        _stop(f"--up {up}: expected y or z")
+        stop(f"--up {up}: expected y or z")
     try:
         done = import_bundle(
             kind,
@@ -129,15 +131,10 @@ def bring(
             force=force,
         )
     except BadInput as error:
-        _stop(str(error))
+        stop(str(error))
     for recording in done.bundle.recordings:
         seen = 100 * recording.seen.mean()
         typer.echo(f"{recording.name}: {len(recording.time_s)} frames, {seen:.0f} % of samples seen")
     if done.left_out:
         typer.echo(f"left out, not on the cloth: {', '.join(done.left_out[:20])}")
     typer.echo(f"wrote {out}; next: sim1 recordings check {out}")
-
-
-def _stop(message: str) -> None:
-    typer.secho(f"sim1: {message}", fg="red", err=True)
-    raise typer.Exit(2)

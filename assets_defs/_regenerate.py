@@ -13,11 +13,11 @@ import dagster as dg
 
 from assets_defs._digest import digest_json
 from assets_defs._factory import GARMENTS
-from assets_defs._lock import Taken, exclusive
 from assets_defs._recipe import Key, Snapshot, label
 from assets_defs._store import StoreError, place
 from assets_defs._worker import PID_TAG, Inline, Outcome, Progress, Worker
 from pipeline import Graph, Home, Node
+from sim1.lock import Taken, exclusive
 
 UNKNOWN_SECONDS = 20.0  # guess for what was never made; only the time left depends on it
 

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from assets_defs._digest import RECORD, content_files, digest_file, digest_files
-from assets_defs._lock import Taken, exclusive
 from pipeline import Home, Node
+from sim1.lock import Taken, exclusive
 
 JOINT = "_"
 PATIENCE = 200  # times 5 ms, that a reader waits for a writer between its two renames

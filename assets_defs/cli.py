@@ -8,8 +8,11 @@ from typing import Annotated
 import typer
 
 from assets_defs._diagnose import diagnose, predict
+from assets_defs._generate import generate
+from assets_defs._open import open_home, stop
 from assets_defs._prove import prove
 from assets_defs._recordings import recordings
+from assets_defs._replay import replay
 
 app = typer.Typer(
     name="sim1",
@@ -23,43 +26,14 @@ app.add_typer(recordings, name="recordings")
 app.command()(diagnose)
 app.command()(predict)
 app.command()(prove)
+app.command()(generate)
+app.command()(replay)
 
 Profile = Annotated[
     str | None, typer.Option(help="Sizes: smoke, quick or paper. Default: that of the last run of everything.")
 ]
 Garments = Annotated[list[str] | None, typer.Option("--garment", help="Only this garment (may be repeated).")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-
-
-def _open_home(profile: str | None, *, offline: bool = True):
-    """Point Dagster at this project and load its graph; errors end the program with one line."""
-    from pipeline import GraphError, Home, load_graph
-
-    home = Home.here()
-    os.environ["SIM1_HOME"] = os.environ["DAGSTER_HOME"] = str(home.root)
-    if profile:
-        os.environ["SIM1_PROFILE"] = profile
-    os.chdir(home.root)
-    if not (home.root / "dagster.yaml").is_file():
-        _stop(
-            f"{home.root}/dagster.yaml is missing: without it Dagster would use a throw-away instance; restore the file"
-        )
-    if offline:
-        os.environ.setdefault("HF_HUB_OFFLINE", "1")
-    try:
-        from assets_defs._config import check_configs
-
-        graph = load_graph(home)
-        check_configs(graph)
-        home.garments()
-    except (GraphError, ValueError) as error:
-        _stop(home.relative(str(error)))
-    return home, graph
-
-
-def _stop(message: str) -> None:
-    typer.secho(f"sim1: {message}", fg="red", err=True)
-    raise typer.Exit(2)
 
 
 @app.command()
@@ -71,20 +45,20 @@ def run(
     jobs: Annotated[int, typer.Option(help="Worker processes; 0 works in this process.")] = min(2, os.cpu_count() or 1),
 ) -> None:
     """Make everything that is not fresh. A killed run goes on where it was."""
-    home, graph = _open_home(profile)
+    home, graph = open_home(profile)
     from assets_defs._run import run_with_progress, selected
     from assets_defs._sources import faults
 
     try:
         nodes = selected(graph, select, variant)
         if unknown := set(garment or []) - set(home.garments()):
-            _stop(
+            stop(
                 f"--garment {sorted(unknown)[0]}: there is no data/garments/{sorted(unknown)[0]}.yaml; there are {home.garments()}"
             )
     except ValueError as error:
-        _stop(str(error))
+        stop(str(error))
     if found := faults(home, graph, nodes, garment):
-        _stop(
+        stop(
             "nothing was made; mend these files first (or name the garments to make with --garment)\n  "
             + "\n  ".join(found)
         )
@@ -94,7 +68,7 @@ def run(
 @app.command()
 def status(profile: Profile = None, as_json: AsJson = False) -> None:
     """Stage x garment: fresh, stale and why, missing."""
-    home, graph = _open_home(profile)
+    home, graph = open_home(profile)
     from assets_defs._status import print_status
 
     print_status(home, graph, as_json=as_json)
@@ -107,13 +81,13 @@ def audit(
     as_json: AsJson = False,
 ) -> None:
     """What made an artifact: every ancestor with version, config, seed and data version."""
-    home, graph = _open_home(None)
+    home, graph = open_home(None)
     from assets_defs._audit import print_audit
 
     try:
         print_audit(home, graph, asset, against, as_json=as_json)
     except LookupError as error:
-        _stop(str(error.args[0]))
+        stop(str(error.args[0]))
 
 
 @app.command()
@@ -124,14 +98,14 @@ def clean(
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
 ) -> None:
     """Remove leftovers of interrupted and rejected runs; with options, artifacts."""
-    home, graph = _open_home(None)
+    home, graph = open_home(None)
     from assets_defs._clean import clean as remove
     from assets_defs._clean import doomed
 
     try:
         paths = doomed(home, graph, everything=everything, garments=garment, stages=select)
     except ValueError as error:
-        _stop(str(error))
+        stop(str(error))
     if not paths:
         typer.echo("nothing to remove")
         return
@@ -160,7 +134,7 @@ def ui(
     profile: Profile = None,
 ) -> None:
     """Dagster's web page for this project, with the daemon that runs schedule and automation."""
-    home, _ = _open_home(profile)
+    home, _ = open_home(profile)
     binary = Path(sys.executable).with_name("dagster")
     os.execv(binary, [str(binary), "dev", "-h", host, "-p", str(port), "-w", str(home.root / "workspace.yaml")])
 

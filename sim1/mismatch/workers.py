@@ -5,14 +5,13 @@ A recording always goes to the same process, which has its scenes ready and star
 
 import multiprocessing
 import os
-import signal
-import threading
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sim1.child_process import behave_as_child
 from sim1.cloth.precise.lacking import lacking_force
 from sim1.cloth.precise.motions import Motions
 from sim1.cloth.precise.pull import Goals, Pull
@@ -53,15 +52,8 @@ _MOTIONS: dict[tuple[str, int, float, float], Motions] = {}
 
 
 def _begin(bundle: Bundle) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one who asked decides
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    behave_as_child()
     _BUNDLE[:] = [bundle]
-
-
-def _end_with_parent() -> None:
-    """A killed program must not leave workers behind that wait for tasks."""
-    multiprocessing.parent_process().join()
-    os._exit(1)
 
 
 def _work(task: Task) -> Done:

@@ -88,8 +88,10 @@ def _draw_path(height: Any, speed: Any, path: ToolPath, arm: int, style: dict[st
     speed.plot(time_s[1:], np.linalg.norm(np.diff(position, axis=0), axis=1) * RATE_HZ, **style)
 
 
-def draw_attempts(path: Path, rows: list[dict[str, Any]], ends_m: list[np.ndarray | None], start_m: np.ndarray) -> None:
-    """The garment of every attempt from above: where it was placed (grey) and how it ended (colour)."""
+def draw_attempts(
+    path: Path, rows: list[dict[str, Any]], ends_m: list[np.ndarray | None], start_m: np.ndarray, count: int
+) -> None:
+    """The garment of each of these attempts, of `count`, from above: where it was placed and how it ended."""
     columns = min(len(rows), 5)
     lines = -(-len(rows) // columns)
     figure = Figure(figsize=(2.6 * columns, 2.9 * lines + 0.4), layout="constrained")
@@ -101,8 +103,7 @@ def draw_attempts(path: Path, rows: list[dict[str, Any]], ends_m: list[np.ndarra
         if end is not None:
             axes.plot(end[:, 1], end[:, 0], ".", color=color, markersize=1.5)
         label = "success" if row["success"] else row["failure"]
-        extra = " (perturbed)" if row["perturbed"] else ""
-        axes.set_title(f"{row['attempt']:04d}: {label}{extra}", fontsize=8)
+        axes.set_title(f"{row['episode'].replace('_', ' ')}: {label}", fontsize=8)
         axes.set_aspect("equal")
         axes.invert_xaxis()  # as the head camera sees it: left is left
         axes.tick_params(labelsize=7)
@@ -110,5 +111,6 @@ def draw_attempts(path: Path, rows: list[dict[str, Any]], ends_m: list[np.ndarra
         axes.set_visible(False)
     figure.supxlabel("y [m]", fontsize=8)
     figure.supylabel("x [m]", fontsize=8)
-    figure.suptitle("Attempts from above: placed (grey) and ended (colour)", fontsize=10)
+    which = "Attempts" if len(rows) == count else f"{len(rows)} of {count} attempts"
+    figure.suptitle(f"{which} from above: placed (grey) and ended (colour)", fontsize=10)
     save(figure, path)

@@ -42,7 +42,7 @@ class MotionModelConfig:
 class CandidateTrajectoriesConfig:
     """Algorithm 1: how many attempts, and how much they vary."""
 
-    seed: int = 0  # attempt i draws from its own stream of (seed, garment, i)
+    seed: int = 0  # every attempt draws from its own stream of (seed, garment, series, number)
     candidate_count: int = Field(3, ge=1)  # attempts that run, meant to succeed
     success_target: int = Field(1, ge=0)  # with fewer successes among them, more are made, as in Algorithm 1 ...
     run_limit: int = Field(6, ge=1)  # ... up to this many that run

@@ -38,6 +38,16 @@ class Filters:
     config: ValidTrajectoriesConfig
 
 
+def read_filters(inputs: Inputs, config: ValidTrajectoriesConfig) -> Filters:
+    """The filters that were learned for a garment; raises BadInput."""
+    return Filters(
+        rules=read_rules(only(inputs, "state_rules") / "rules.yaml"),
+        discriminator=read_discriminator(only(inputs, "video_discriminator")),
+        reference=reference_of(read_garment_mesh(only(inputs, "garment_mesh")), only(inputs, "seed_demos")),
+        config=config,
+    )
+
+
 def decide(inputs: Inputs, garment: str, config: ValidTrajectoriesConfig, out: Path) -> Facts:
     """Decide for every attempt, copy the accepted episodes, write and draw the decisions.
 
@@ -46,12 +56,7 @@ def decide(inputs: Inputs, garment: str, config: ValidTrajectoriesConfig, out: P
     """
     torch.set_num_threads(1)
     candidates = only(inputs, "candidate_trajectories")
-    filters = Filters(
-        rules=read_rules(only(inputs, "state_rules") / "rules.yaml"),
-        discriminator=read_discriminator(only(inputs, "video_discriminator")),
-        reference=reference_of(read_garment_mesh(only(inputs, "garment_mesh")), only(inputs, "seed_demos")),
-        config=config,
-    )
+    filters = read_filters(inputs, config)
     try:
         attempts = pd.read_parquet(candidates / "attempts.parquet")
     except (OSError, ValueError) as error:
@@ -64,7 +69,7 @@ def decide(inputs: Inputs, garment: str, config: ValidTrajectoriesConfig, out: P
         rows.append({"garment": garment, **decision(attempt, folder, filters)})
         if rows[-1]["accepted"]:
             _copy(folder, out / "episodes" / attempt["episode"])
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame(rows).astype({"video_score": float})
     table.to_parquet(out / "decisions.parquet", index=False)
     draw_decisions(out / "decisions.png", rows, filters.discriminator.abstains or not config.use_video)
     return _facts(table, filters)
@@ -96,7 +101,7 @@ def decision(attempt: dict[str, Any], folder: Path, filters: Filters) -> dict[st
         "failure": attempt["failure"],
         "rules_pass": ran and not broken,
         "rules_broken": "; ".join(broken),
-        "video_score": score if score is not None else float("nan"),
+        "video_score": score,
         "video_pass": video_passes,
         "video_abstains": filters.discriminator.abstains,
         "accepted": not reasons,

@@ -7,7 +7,7 @@ from motion_synthetic import a_demo
 from sim1.motion.assembly import Source, Variation, attempt, skeleton
 from sim1.motion.commands import Arms
 from sim1.motion.durations import DurationModel
-from sim1.motion.generation import wants_more
+from sim1.motion.generation import quotas_of
 from sim1.motion.model import MotionModel
 from sim1.motion.placement import planar
 from sim1.motion.poses import ToolPath
@@ -239,12 +239,13 @@ def test_leaning_tilts_the_fingers_forward_and_keeps_the_lower_edge_up(arms):
 def test_attempts_go_on_until_enough_ran_and_enough_succeeded(ran, successes, more):
     config = CandidateTrajectoriesConfig(candidate_count=3, success_target=1, run_limit=6, tries_per_candidate=4)
     group = [{"ran": True, "success": index < successes} for index in range(ran)]
-    assert wants_more(group, False, config) is more
+    assert quotas_of(config)[0].wants_more(group) is more
 
 
 def test_draws_out_of_reach_come_to_an_end():
     config = CandidateTrajectoriesConfig(candidate_count=2, perturbed_count=1, tries_per_candidate=3)
     out_of_reach = [{"ran": False, "success": False}]
-    assert wants_more(5 * out_of_reach, False, config)
-    assert not wants_more(6 * out_of_reach, False, config)
-    assert not wants_more(3 * out_of_reach, True, config)
+    meant, perturbed = quotas_of(config)
+    assert meant.wants_more(5 * out_of_reach)
+    assert not meant.wants_more(6 * out_of_reach)
+    assert not perturbed.wants_more(3 * out_of_reach)

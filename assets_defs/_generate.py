@@ -1,0 +1,117 @@
+"""`sim1 generate`: Algorithm 1 from the artifacts in the store, until so many episodes are accepted."""
+
+import dataclasses
+import os
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from assets_defs._open import open_home, stop
+
+
+def generate(
+    garment: Annotated[str, typer.Argument(help="A garment whose artifacts are made, up to valid_trajectories.")],
+    target: Annotated[int, typer.Option(min=1, help="Episodes that pass judge, state rules and video discriminator.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder; one that was begun goes on. Default: build/generated/GARMENT.")
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes; how many has no influence on what is made.")] = (
+        os.cpu_count() or 1
+    ),
+    seed: Annotated[
+        int, typer.Option(min=0, help="Of the attempts; the filters have learned from those of seed 0.")
+    ] = 1,
+    variant: Annotated[str | None, typer.Option(help="Ablation variant whose artifacts are used.")] = None,
+) -> None:
+    """Make episodes until enough are accepted; every attempt is kept with what became of it.
+
+    Ctrl-C or a crash loses the attempts under way, no others. Several such commands may work in one folder.
+    """
+    from sim1.stage import BadInput
+
+    asked = out and out.resolve()
+    home, graph = open_home(None)
+    folder = asked or home.root / "build" / "generated" / garment
+    try:
+        inputs, nodes, versions = _given(home, graph, garment, variant)
+        from assets_defs._config import config_of
+        from sim1.motion.algorithm import generate_until
+
+        configs = (dataclasses.replace(config_of(nodes[0]), seed=seed), config_of(nodes[1]))
+        began = time.monotonic()
+        with _told(target) as tell:
+            rows = generate_until(inputs, garment, variant, configs, versions, folder, target, workers, tell)
+    except (BadInput, LookupError, RuntimeError) as error:
+        stop(home.relative(str(error.args[0])))
+    except KeyboardInterrupt:
+        typer.secho("stopped; the same command goes on where it was", err=True)
+        raise typer.Exit(130) from None
+    _print(rows, target, time.monotonic() - began, home.relative(str(folder)))
+
+
+def _given(
+    home, graph, garment: str, variant: str | None
+) -> tuple[dict[str, dict[str, Path]], list[Any], dict[str, str]]:
+    """Inputs of both stages, their nodes, and the data version of each input.
+
+    Raises:
+        LookupError: no such garment or variant.
+        RuntimeError: an artifact is missing or damaged (StoreError).
+    """
+    from assets_defs._store import verified
+
+    if garment not in home.garments():
+        raise LookupError(f"{garment}: there is no data/garments/{garment}.yaml; there are {home.garments()}")
+    if variant not in (None, *graph.variants):
+        raise LookupError(f"--variant {variant}: there are {sorted(graph.variants)}")
+    stages = ("candidate_trajectories", "valid_trajectories")
+    nodes = [graph.nodes.get(f"{variant}/{name}") or graph.nodes[name] for name in stages]
+    needed = {name: id_ for node in nodes for name, id_ in node.needs.items() if name not in stages}
+    inputs, versions = {}, {}
+    for name, id_ in needed.items():
+        path, record = verified(home, graph.nodes[id_], garment)
+        inputs[name], versions[name] = {garment: path}, record["data_version"]
+    return inputs, nodes, versions
+
+
+def _told(target: int):
+    """A context that shows how far the run is."""
+    from contextlib import contextmanager
+
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    @contextmanager
+    def shown():
+        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task("reading", total=target)
+
+            def tell(rows: dict[str, dict[str, Any]]) -> None:
+                accepted = sum(row["accepted"] for row in rows.values())
+                said = f"{accepted} of {target} accepted, {len(rows)} attempts"
+                bar.update(task, completed=min(accepted, target), description=said)
+
+            yield tell
+
+    return shown()
+
+
+def _print(rows: list[dict[str, Any]], target: int, seconds: float, where: str) -> None:
+    from sim1.statistics import describe_share
+
+    accepted = sum(row["accepted"] for row in rows)
+    print(f"accepted: {describe_share(accepted, len(rows))} attempts in {where}; {seconds:.0f} s this time")
+    failures: dict[str, int] = {}
+    for row in rows:
+        if row["failure"]:
+            failures[row["failure"]] = failures.get(row["failure"], 0) + 1
+    for name, count in sorted(failures.items(), key=lambda item: -item[1]):
+        print(f"  {name}: {count}")
+    if accepted < target:
+        typer.secho(
+            f"sim1: {accepted} of {target} after {len(rows)} attempts, the limit; see attempts.png", fg="red", err=True
+        )
+        raise typer.Exit(1)

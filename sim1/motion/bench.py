@@ -1,0 +1,180 @@
+"""One attempt of Algorithm 1: drawn from its own random stream, run in the cell, judged, written."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+
+from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
+from sim1.cloth.garment import GarmentMesh, read_garment_mesh
+from sim1.cloth.physics import read_physics
+from sim1.episode import Episode, episode_folders, read_episode, read_start, write_episode
+from sim1.motion.assembly import Attempt, Source, Variation, attempt
+from sim1.motion.commands import Arms
+from sim1.motion.model import MotionModel, read_model
+from sim1.motion.placement import unplaced
+from sim1.motion.pool import Segment, read_pool
+from sim1.motion.quota import Row, Ticket
+from sim1.robot.expert_task import Task, read_task
+from sim1.scene.description import Scene, read_scene
+from sim1.stage import BadInput, Inputs, only, random_stream
+from sim1.validity.clips import head_clip, write_clip
+from sim1.validity.success import judge
+
+if TYPE_CHECKING:
+    from sim1.motion.stage import CandidateTrajectoriesConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """Everything that all attempts of a garment share; a maker of attempts (`sim1.motion.crew.Maker`)."""
+
+    garment: str
+    mesh: GarmentMesh
+    scene: Scene
+    task: Task
+    pool: list[Segment]
+    model: MotionModel
+    source: Source
+    arms: Arms
+    cell: Cell
+    config: CandidateTrajectoriesConfig
+
+    @classmethod
+    def of(cls, inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig) -> Bench:
+        """Read what the stage candidate_trajectories is given.
+
+        Raises:
+            BadInput: a file is missing or damaged.
+        """
+        torch.set_num_threads(1)
+        mesh, scene = read_garment_mesh(only(inputs, "garment_mesh")), read_scene(only(inputs, "scene"))
+        demos = only(inputs, "seed_demos")
+        source = read_source(demos)
+        physics = read_physics(only(inputs, "calibrated_physics") / "cell.yaml")
+        return cls(
+            garment=garment,
+            mesh=mesh,
+            scene=scene,
+            task=read_task(demos / "task.json"),
+            pool=read_pool(only(inputs, "segment_pool")),
+            model=read_model(only(inputs, "motion_model")),
+            source=source,
+            arms=Arms.of_scene(scene),
+            cell=Cell(mesh, scene, physics, source.cell),
+            config=config,
+        )
+
+    def run(self, ticket: Ticket) -> Attempt:
+        """Draw, plan and run one attempt; the same bytes every time."""
+        variation = Variation(
+            radius_m=self.config.radius_m,
+            angle_rad=float(np.radians(self.config.angle_deg)),
+            grasp_offset_m=self.config.perturbation_m if ticket.series == "perturbed" else 0.0,
+            settle_s=self.config.settle_s,
+        )
+        stream = random_stream(self.config.seed, self.garment, "candidate", ticket.series, ticket.number)
+        return attempt(self.pool, self.source, self.model, self.arms, self.cell, variation, stream, SimulationBroke)
+
+    def make(self, ticket: Ticket, folder: Path) -> Row:
+        """Run and judge one attempt: its row, and episode and video in `folder` where it ran."""
+        made = self.run(ticket)
+        success, failure, figures = self._judged(made)
+        about = {
+            "kind": "candidate",
+            "garment": self.garment,
+            "seed": self.config.seed,
+            "attempt": ticket.number,
+            "perturbed": ticket.series == "perturbed",
+            "method": self.model.method,
+            "cell": asdict(self.source.cell),
+            "sources": sorted({source["demo"] for source in made.sources}),
+            "segments": made.sources,
+            "placement": made.placement.tolist(),
+            "success": success,
+            "failure": failure,
+            "figures": figures,
+        }
+        if made.episode is not None:
+            write_episode(folder, dataclasses.replace(made.episode, about=about))
+            config = self.config
+            size = {"rate_hz": config.video_rate_hz, "width": config.video_width, "height": config.video_height}
+            write_clip(folder, head_clip(made.episode.garment_m, self.mesh.faces, self.scene, **size))
+        return {
+            "attempt": ticket.number,
+            "episode": ticket.name,
+            "perturbed": ticket.series == "perturbed",
+            "ran": made.episode is not None,
+            "success": success,
+            "failure": failure,
+            "detail": made.detail,
+            "frame_count": made.episode.frame_count if made.episode else 0,
+            "speed_share": made.speed_share,
+            "segments": [source["segment"] for source in made.sources],
+            "demos": [source["demo"] for source in made.sources],
+            "placement": made.placement.ravel().tolist(),
+            **{f"figure.{name}": value for name, value in figures.items()},
+        }
+
+    def _judged(self, made: Attempt) -> tuple[bool, str | None, dict[str, float | None]]:
+        if made.failure is not None or made.episode is None:
+            return False, made.failure, {}
+        judgement = judge(unplaced(made.episode.garment_m, self.source.start_m), self.mesh.faces, self.task)
+        figures = {name: float(value) for name, value in sorted(judgement.figures.items())}
+        finite = {name: value if math.isfinite(value) else None for name, value in figures.items()}
+        return bool(judgement.success), judgement.failure, finite
+
+
+def read_source(demos: Path) -> Source:
+    """What `attempt` needs of the demonstrations.
+
+    Raises:
+        BadInput: a file is missing or damaged.
+    """
+    start = read_start(demos)
+    episodes = {folder.name: read_episode(folder) for folder in episode_folders(demos)}
+    if not episodes:
+        raise BadInput(f"{demos}/episodes: no demonstration; make seed_demos again")
+    first = next(iter(episodes.values()))
+    return Source(
+        start_m=start,
+        garment_m={name: episode.garment_m for name, episode in episodes.items()},
+        home_rad=first.joints_rad[0],
+        home_openness=first.openness[0],
+        cell=_cell_config(demos, first),
+    )
+
+
+def _cell_config(demos: Path, demo: Episode) -> CellConfig:
+    """Numerics of the demonstrations: candidates run in the same simulation."""
+    try:
+        return CellConfig(**demo.about["cell"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise BadInput(
+            f"{demos}/episodes: no usable cell settings in episode.json ({error}); make seed_demos again"
+        ) from error
+
+
+def facts(rows: list[Row]) -> dict[str, Any]:
+    """Counts that people read first."""
+    meant = [row for row in rows if not row["perturbed"]]
+    failures: dict[str, int] = {}
+    for row in rows:
+        if row["failure"]:
+            failures[row["failure"]] = failures.get(row["failure"], 0) + 1
+    return {
+        "attempt_count": len(rows),
+        "success_count": sum(row["success"] for row in meant),
+        "of_unperturbed": len(meant),
+        "perturbed_count": len(rows) - len(meant),
+        "perturbed_success_count": sum(row["success"] for row in rows if row["perturbed"]),
+        "negative_examples": sum(not row["success"] for row in rows if row["ran"])
+        or "none: the filters see no failure",
+        "failures": [{"class": name, "count": count} for name, count in sorted(failures.items())],
+    }

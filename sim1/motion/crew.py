@@ -1,0 +1,163 @@
+"""Attempts made by any number of processes in one folder, which they share through lock files alone.
+
+    episodes/NNNN/      an attempt that ran, whole or absent
+    attempts/NNNN.json  the row of an attempt that is made; written last
+    work/NNNN.lock      held by the process that makes it; a killed process lets go by itself
+
+Every process asks the folder what is made, takes the lowest attempt that is wanted and that nobody holds, makes it, and asks
+again. Processes may come and go, on one machine or on several that share the folder and its locks.
+"""
+
+import json
+import multiprocessing
+import os
+import shutil
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Protocol
+
+from sim1.child_process import behave_as_child
+from sim1.lock import Taken, exclusive
+from sim1.motion.quota import Quota, Row, Ticket, open_tickets
+from sim1.stage import BadInput
+
+WAIT_S = 0.2  # between two looks at what others have made
+
+
+class Maker(Protocol):
+    """Makes attempts. The same ticket gives the same row and files, whoever makes it."""
+
+    def make(self, ticket: Ticket, folder: Path) -> Row:
+        """The attempt's row (JSON), and its files in `folder` where it ran."""
+        ...
+
+
+type Tell = Callable[[dict[str, Row]], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shop:
+    """The folder."""
+
+    root: Path
+    _rows: dict[str, Row] = field(default_factory=dict)  # rows never change once they are written
+
+    @property
+    def work(self) -> Path:
+        return self.root / "work"
+
+    def rows(self) -> dict[str, Row]:
+        """Rows of all attempts that are made, by name.
+
+        Raises:
+            BadInput: a row is damaged.
+        """
+        for path in (self.root / "attempts").glob("*.json"):
+            if path.stem not in self._rows:
+                try:
+                    self._rows[path.stem] = json.loads(path.read_text())
+                except ValueError as error:
+                    raise BadInput(
+                        f"{path}: not a readable attempt ({error}); delete the file, it is made again"
+                    ) from None
+        return self._rows
+
+    def make(self, ticket: Ticket, maker: Maker) -> None:
+        """Make one attempt and put it in place.
+
+        Raises:
+            Taken: another process makes it.
+        """
+        with exclusive(self.work / f"{ticket.name}.lock"):
+            if ticket.name in self.rows():  # made and let go of since we looked
+                return
+            part = self.work / ticket.name
+            shutil.rmtree(part, ignore_errors=True)
+            part.mkdir()
+            row = maker.make(ticket, part)
+            note = self.work / f"{ticket.name}.json"
+            note.write_text(json.dumps(row, indent=1, sort_keys=True, allow_nan=False) + "\n")
+            episode = self.root / "episodes" / ticket.name
+            shutil.rmtree(episode, ignore_errors=True)  # of a process that was killed before it wrote the row
+            if any(part.iterdir()):
+                episode.parent.mkdir(exist_ok=True)
+                part.rename(episode)
+            (self.root / "attempts").mkdir(exist_ok=True)
+            note.rename(self.root / "attempts" / note.name)
+
+
+def labour(root: Path, quotas: Sequence[Quota], maker: Maker, tell: Tell = lambda rows: None) -> None:
+    """Make attempts until the quotas have enough, beside whoever else does."""
+    shop = Shop(root=root)
+    while True:
+        tell(shop.rows())
+        for ticket in open_tickets(quotas, shop.rows()):
+            try:
+                shop.make(ticket, maker)
+                break
+            except Taken:
+                continue
+        else:
+            if not open_tickets(quotas, shop.rows()):
+                return
+            time.sleep(WAIT_S)
+
+
+def _child(root: Path, quotas: Sequence[Quota], prepare: Callable[[], Maker], said: Connection) -> None:
+    behave_as_child()
+    try:
+        labour(root, quotas, prepare())
+    except BadInput as error:
+        said.send(str(error))
+
+
+def labour_together(
+    root: Path, quotas: Sequence[Quota], prepare: Callable[[], Maker], workers: int, tell: Tell
+) -> None:
+    """The same with `workers` processes, each with a maker of its own. `prepare` can be pickled.
+
+    Raises:
+        BadInput: an input is at fault.
+        RuntimeError: processes died before enough was made; what is made stays.
+    """
+    if workers == 1:
+        labour(root, quotas, prepare(), tell)
+        return
+    context = multiprocessing.get_context("spawn")
+    heard, said = context.Pipe(duplex=False)
+    crew = [context.Process(target=_child, args=(root, quotas, prepare, said)) for _ in range(workers)]
+    shop = Shop(root=root)
+    try:
+        for process in crew:
+            process.start()
+        while any(process.is_alive() for process in crew):
+            tell(shop.rows())
+            wait([heard, *(process.sentinel for process in crew if process.is_alive())], WAIT_S)
+            if heard.poll():
+                raise BadInput(heard.recv())
+    finally:
+        for process in crew:
+            if process.is_alive():
+                process.kill()
+                process.join()
+    tell(shop.rows())
+    if left := open_tickets(quotas, shop.rows()):
+        died = [f"{process.pid} ({process.exitcode})" for process in crew if process.exitcode]
+        raise RuntimeError(
+            f"{root}: processes died (number and exit code): {', '.join(died)}; attempt {left[0].name} is not made; "
+            "what is made stays, the same command goes on from there"
+        )
+
+
+def swept(root: Path, quotas: Sequence[Quota]) -> list[Row]:
+    """Rows that the quotas ask for, in order; what lies in the folder beside them is removed, with the locks."""
+    shop = Shop(root=root)
+    names = [ticket.name for quota in quotas for ticket in quota.wanted(shop.rows())]
+    for name in set(shop.rows()) - set(names):  # of an earlier, larger quota
+        shutil.rmtree(root / "episodes" / name, ignore_errors=True)
+        os.remove(root / "attempts" / f"{name}.json")
+    shutil.rmtree(shop.work, ignore_errors=True)
+    return [shop.rows()[name] for name in names]

@@ -1,0 +1,89 @@
+"""Attempts until enough pass the filters, in a folder that knows what it was begun with."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from sim1.motion import algorithm
+from sim1.motion.algorithm import Checked, generate_until
+from sim1.motion.quota import Ticket
+from sim1.motion.stage import CandidateTrajectoriesConfig
+from sim1.stage import BadInput
+from sim1.validity.stage import ValidTrajectoriesConfig
+
+CONFIGS = (CandidateTrajectoriesConfig(seed=1), ValidTrajectoriesConfig())
+NOTHING = {"rules_pass": True, "rules_broken": "", "video_score": None, "video_abstains": True, "reasons": ""}
+
+
+def outcome(monkeypatch, tmp_path, row, said):
+    monkeypatch.setattr(algorithm, "decision", lambda *given: NOTHING | said)
+    bench = SimpleNamespace(make=lambda ticket, folder: {"ran": True, "failure": None, "success": True} | row)
+    return Checked(bench=bench, filters=None).make(Ticket(series="meant", number=0), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("row", "said", "failure"),
+    [
+        ({}, {"accepted": True}, None),
+        ({}, {"accepted": False, "rules_broken": "end.height_p99_m <= 0.05, is 0.09"}, "rejected by rule"),
+        ({}, {"accepted": False, "video_score": 0.2}, "rejected by video"),
+        ({"failure": "slip", "success": False}, {"accepted": False, "rules_broken": "anything"}, "slip"),
+    ],
+)
+def test_a_failure_has_the_class_of_what_came_first(monkeypatch, tmp_path, row, said, failure):
+    assert outcome(monkeypatch, tmp_path, row, said)["failure"] == failure
+
+
+@pytest.fixture
+def begun(monkeypatch, tmp_path):
+    """Generates with toy attempts, every second of which is accepted."""
+
+    class Toy:
+        def make(self, ticket, folder):
+            return {"ran": False, "accepted": ticket.number % 2 == 1, "episode": ticket.name}
+
+    monkeypatch.setattr(Checked, "of", lambda *given: Toy())
+    monkeypatch.setattr(algorithm, "write_tables", lambda *given: None)
+    monkeypatch.setattr(algorithm, "read_start", lambda path: None)
+
+    def generate(target=3, configs=CONFIGS, versions=None):
+        inputs = {"seed_demos": {"towel": tmp_path}}
+        made_from = versions or {"seed_demos": "a1"}
+        return generate_until(inputs, "towel", None, configs, made_from, tmp_path / "out", target, 1, lambda rows: None)
+
+    return generate
+
+
+def test_attempts_go_on_until_the_target_is_accepted_and_all_are_kept(begun, tmp_path):
+    rows = begun()
+    assert [row["accepted"] for row in rows] == [False, True] * 3
+    assert len(list((tmp_path / "out" / "attempts").iterdir())) == 6
+    assert not (tmp_path / "out" / "work").exists()
+
+
+def test_a_larger_target_goes_on(begun):
+    assert len(begun(target=1)) == 2
+    assert len(begun(target=4)) == 8
+
+
+@pytest.mark.parametrize(
+    ("changed", "named"),
+    [
+        ({"versions": {"seed_demos": "b2"}}, "input.seed_demos was a1 .* is b2"),
+        ({"configs": (CandidateTrajectoriesConfig(seed=4), CONFIGS[1])}, "setting.seed was 1"),
+        ({"configs": (CONFIGS[0], ValidTrajectoriesConfig(use_video=False))}, "filter.use_video was True"),
+    ],
+)
+def test_a_folder_that_was_begun_with_something_else_is_refused_and_kept(begun, tmp_path, changed, named):
+    begun()
+    before = (tmp_path / "out" / "plan.json").read_text()
+    with pytest.raises(BadInput, match=named):
+        begun(**changed)
+    assert (tmp_path / "out" / "plan.json").read_text() == before
+    assert json.loads(before)["garment"] == "towel"
+
+
+def test_counts_of_the_stage_have_no_say(begun):
+    begun()
+    begun(configs=(CandidateTrajectoriesConfig(seed=1, candidate_count=9, run_limit=2), CONFIGS[1]))

@@ -1,0 +1,141 @@
+"""Attempts made by one process, by many, and by many that are killed: always the same."""
+
+import functools
+import multiprocessing
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from motion_toy_maker import ToyMaker
+
+from sim1.motion.crew import Shop, labour, labour_together, swept
+from sim1.motion.quota import Quota, Ticket, open_tickets
+from sim1.stage import BadInput
+
+MEANT = Quota(series="meant", run_count=4, target=5, counted="success", run_limit=30, try_limit=100)
+PERTURBED = Quota(series="perturbed", run_count=2, target=0, counted="success", run_limit=2, try_limit=8)
+QUOTAS = (MEANT, PERTURBED)
+
+
+def content(root: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(root)): path.read_bytes() for path in sorted(root.rglob("*")) if path.is_file()}
+
+
+@pytest.fixture
+def alone(tmp_path) -> dict[str, bytes]:
+    root = tmp_path / "alone"
+    labour(root, QUOTAS, ToyMaker(tmp_path / "log"))
+    swept(root, QUOTAS)
+    return content(root)
+
+
+def test_a_series_ends_when_enough_ran_and_enough_succeeded(tmp_path):
+    labour(tmp_path, QUOTAS, ToyMaker(tmp_path / "log"))
+    rows = swept(tmp_path, QUOTAS)
+    meant = [row for row in rows if not row["episode"].startswith("perturbed")]
+    assert sum(row["success"] for row in meant) == 5
+    assert meant[-1]["success"]
+    assert sum(row["ran"] for row in rows if row["episode"].startswith("perturbed")) == 2
+    assert {path.name for path in (tmp_path / "episodes").iterdir()} == {row["episode"] for row in rows if row["ran"]}
+
+
+def test_three_processes_make_what_one_makes_and_nothing_twice(tmp_path, alone):
+    root = tmp_path / "crew"
+    labour_together(root, QUOTAS, functools.partial(ToyMaker, tmp_path / "crew.log", 0.01), 3, lambda rows: None)
+    swept(root, QUOTAS)
+    assert content(root) == alone
+    lines = [line.split() for line in (tmp_path / "crew.log").read_text().splitlines()]
+    names = [name for _, name in lines]
+    assert len(names) == len(set(names))
+    assert len({process for process, _ in lines}) == 3
+
+
+def test_a_run_that_is_killed_at_random_ends_with_the_same_files(tmp_path, alone):
+    root = tmp_path / "killed"
+    context = multiprocessing.get_context("spawn")
+    prepare = functools.partial(ToyMaker, tmp_path / "killed.log", 0.03)
+    kills = 0
+    for pause_s in (0.9, 0.7, 1.0, 0.8):
+        process = context.Process(target=labour_together, args=(root, QUOTAS, prepare, 2, print))
+        process.start()
+        time.sleep(pause_s)
+        if process.is_alive():
+            os.kill(process.pid, signal.SIGKILL)
+            kills += 1
+        process.join()
+    assert kills >= 2
+    labour(root, QUOTAS, ToyMaker(tmp_path / "killed.log"))
+    swept(root, QUOTAS)
+    assert content(root) == alone
+
+
+def test_a_larger_target_goes_on_and_a_smaller_one_takes_the_surplus_away(tmp_path, alone):
+    root = tmp_path / "grown"
+    more = (Quota(**{**MEANT.__dict__, "target": 8}), PERTURBED)
+    labour(root, more, ToyMaker(tmp_path / "grown.log"))
+    assert len(swept(root, more)) > len(swept(root, QUOTAS))
+    assert content(root) == alone
+
+
+def test_a_process_that_dies_is_named_with_the_attempt_it_leaves(tmp_path):
+    prepare = functools.partial(ToyMaker, tmp_path / "log", 0.0, 3)
+    with pytest.raises(RuntimeError, match=r"\(7\).*0003 is not made"):
+        labour_together(tmp_path / "crew", QUOTAS, prepare, 2, lambda rows: None)
+
+
+def test_a_fault_that_a_process_finds_in_the_input_ends_all_of_them(tmp_path):
+    prepare = functools.partial(ToyMaker, tmp_path / "log", 0.0, -1, "mesh.npz: 3 vertices")
+    with pytest.raises(BadInput, match=r"mesh\.npz: 3 vertices"):
+        labour_together(tmp_path / "crew", QUOTAS, prepare, 2, lambda rows: None)
+
+
+def test_a_damaged_row_is_named(tmp_path):
+    labour(tmp_path, QUOTAS, ToyMaker(tmp_path / "log"))
+    (tmp_path / "attempts" / "0001.json").write_text('{"ran": tr')
+    with pytest.raises(BadInput, match=r"0001\.json.*delete"):
+        swept(tmp_path, QUOTAS)
+
+
+def test_what_a_killed_process_left_half_done_is_made_again(tmp_path, alone):
+    root = tmp_path / "half"
+    name = next(path for path in alone if path.startswith("episodes/")).split("/")[1]
+    (root / "episodes" / name).mkdir(parents=True)
+    (root / "episodes" / name / "episode.npy").write_bytes(b"half")
+    (root / "work" / name).mkdir(parents=True)
+    (root / "work" / name / "left").write_bytes(b"over")
+    labour(root, QUOTAS, ToyMaker(tmp_path / "log2"))
+    swept(root, QUOTAS)
+    assert content(root) == alone
+
+
+outcomes = st.lists(st.sampled_from([(False, False), (True, False), (True, True)]), min_size=40, max_size=40)
+
+
+@given(outcomes=outcomes, order=st.permutations(range(40)), target=st.integers(0, 6), runs=st.integers(1, 6))
+def test_whatever_order_attempts_finish_in_none_is_made_in_vain(outcomes, order, target, runs):
+    """Attempts that are asked for while others are under way are those that one after the other would make."""
+    quota = Quota(series="meant", run_count=runs, target=target, counted="success", run_limit=10, try_limit=30)
+    rows = [{"ran": ran, "success": success} for ran, success in outcomes]
+    expected = 0
+    while quota.wants_more(rows[:expected]):
+        expected += 1
+    done: dict[str, dict] = {}
+    while tickets := open_tickets([quota], done):
+        ticket = min(tickets, key=lambda ticket: order[ticket.number])
+        done[ticket.name] = rows[ticket.number]
+    assert [ticket.number for ticket in quota.wanted(done)] == list(range(expected))
+    assert len(done) == expected
+
+
+def test_a_held_attempt_is_left_to_its_holder(tmp_path):
+    from sim1.lock import Taken, exclusive
+
+    shop, ticket = Shop(root=tmp_path), Ticket(series="meant", number=0)
+    with exclusive(tmp_path / "work" / "0000.lock"), pytest.raises(Taken):
+        shop.make(ticket, ToyMaker(tmp_path / "log"))
+    shop.make(ticket, ToyMaker(tmp_path / "log"))
+    assert list(shop.rows()) == ["0000"]
