@@ -98,7 +98,7 @@ def load_graph(home: Home, profile: str | None = None) -> Graph:
     profile = profile or home.profile()
     stages = _read_stages(folder / "stages.yaml")
     overrides = _read_profile(folder / "profiles" / f"{profile}.yaml", stages)
-    variants = _read_variants(folder / "ablations.yaml", stages)
+    variants = _read_variants(folder / "ablations.yaml", stages, profile)
     base = {
         stage.name: Node(
             stage=stage,
@@ -111,15 +111,16 @@ def load_graph(home: Home, profile: str | None = None) -> Graph:
     nodes = {name: node for name, node in base.items() if not node.stage.compares}
     compared = {name for stage in stages.values() for name in stage.compares}
     needed = Graph(base, profile, ()).ancestors(compared)
-    for variant, changes in variants.items():
-        changed = Graph(base, profile, ()).descendants(set(changes)) & needed
+    for variant, change in variants.items():
+        wanted = needed & Graph(base, profile, ()).ancestors({change.until}) if change.until else needed
+        changed = Graph(base, profile, ()).descendants(set(change.settings)) & wanted
         for name in (name for name in base if name in changed):
             own = base[name]
             nodes[node_id(name, variant)] = Node(
                 stage=own.stage,
                 variant=variant,
                 needs={need: node_id(need, variant) if need in changed else need for need in own.needs},
-                config={**own.config, **changes.get(name, {})},
+                config={**own.config, **change.settings.get(name, {})},
             )
     for node in (node for node in base.values() if node.stage.compares):
         needs = dict(node.needs)
@@ -188,17 +189,38 @@ def _read_profile(path: Path, stages: Mapping[str, Stage]) -> dict[str, dict[str
     return _overrides(_mapping(path), stages, str(path))
 
 
-def _read_variants(path: Path, stages: Mapping[str, Stage]) -> dict[str, dict[str, dict[str, Any]]]:
+@dataclass(frozen=True, kw_only=True)
+class _Variant:
+    """What an ablation variant changes."""
+
+    settings: Mapping[str, Mapping[str, Any]]  # stage -> settings
+    until: str | None  # the last stage of which it has an artifact of its own
+
+
+def _read_variants(path: Path, stages: Mapping[str, Stage], profile: str) -> dict[str, _Variant]:
     if not path.is_file():
         return {}
     rows = _mapping(path).get("variants") or {}
     found = {}
     for name, row in rows.items():
+        where = f"{path}: variant {name!r}"
         if not re.fullmatch(r"[a-z][a-z0-9_]*", str(name)):
-            raise GraphError(f"{path}: variant {name!r}: a name is made of a-z, 0-9 and _")
-        if not isinstance(row, dict) or set(row) - {"summary", "changes"} or not row.get("changes"):
-            raise GraphError(f"{path}: variant {name!r}: expected the keys 'summary' and 'changes' (not empty)")
-        found[name] = _overrides(row["changes"], stages, f"{path}: variant {name!r}")
+            raise GraphError(f"{where}: a name is made of a-z, 0-9 and _")
+        if (
+            not isinstance(row, dict)
+            or set(row) - {"summary", "changes", "until", "profiles"}
+            or not row.get("changes")
+        ):
+            raise GraphError(f"{where}: expected the keys 'summary', 'changes' (not empty), 'until', 'profiles'")
+        until, profiles = row.get("until"), row.get("profiles", [profile])
+        if until not in (None, *stages):
+            raise GraphError(f"{where}: until {until!r} is not a stage; there are {sorted(stages)}")
+        known = sorted(other.stem for other in (path.parent / "profiles").glob("*.yaml"))
+        if not isinstance(profiles, list) or not set(profiles) <= set(known):
+            raise GraphError(f"{where}: profiles {profiles!r}: expected a list of {known}")
+        settings = _overrides(row["changes"], stages, where)
+        if profile in profiles:
+            found[name] = _Variant(settings=settings, until=until)
     return found
 
 

@@ -1,5 +1,7 @@
 """Numerics and contact of the simulated cell."""
 
+from typing import Literal
+
 from pydantic import Field
 
 from sim1.stage import stage_config
@@ -14,6 +16,9 @@ BODIES_PER_ARM = 3  # palm and two fingers, in this order
 class CellConfig:
     """Numerics and contact of the simulated cell."""
 
+    solver: Literal["avbd", "vbd"] = (
+        "avbd"  # vbd: newton's own, without strain limit and named physics, to compare with
+    )
     substeps: int = Field(8, ge=2, multiple_of=2)  # per 1/30 s; even, so that the two states end where they began
     iterations: int = Field(5, ge=1)  # per substep
     contact_radius_m: float = Field(0.002, gt=0)  # distance kept between the cloth's middle surface and solids

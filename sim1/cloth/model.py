@@ -114,15 +114,19 @@ def solver_of(model: Any, garment: GarmentMesh, physics: ClothPhysics, config: C
     """The cloth solver of the cell: bodies are moved from outside and act on the cloth, not the reverse."""
     from sim1.cloth.avbd import AVBDConfig, SelfContact, SolverAVBD
     from sim1.cloth.effects import acted_effects
+    from sim1.cloth.generic import GenericCloth
 
+    edges = unique_edges(garment.faces)
+    shortest = float(np.linalg.norm(garment.rest_m[edges[:, 0]] - garment.rest_m[edges[:, 1]], axis=1).min())
+    rest_exclusion_m = min(2.0 * config.self_margin_m, 0.9 * shortest)
+    if config.solver == "vbd":
+        return GenericCloth(model, config, physics.friction.self.value, rest_exclusion_m)
     layers = None
     if config.self_contact:
-        edges = unique_edges(garment.faces)
-        shortest = float(np.linalg.norm(garment.rest_m[edges[:, 0]] - garment.rest_m[edges[:, 1]], axis=1).min())
         layers = SelfContact(
             radius_m=config.self_margin_m,
             search_m=config.self_search_m,
-            rest_exclusion_m=min(2.0 * config.self_margin_m, 0.9 * shortest),
+            rest_exclusion_m=rest_exclusion_m,
             stiffness_n_m=config.self_stiffness_n_m,
             damping_n_s_m=0.0,
             friction=physics.friction.self.value,

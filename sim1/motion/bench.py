@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,6 +56,7 @@ class Bench:
         mesh, scene = read_garment_mesh(only(inputs, "garment_mesh")), read_scene(only(inputs, "scene"))
         demos = only(inputs, "seed_demos")
         source = read_source(demos)
+        numerics = replace(source.cell, solver=config.solver)
         physics = read_physics(only(inputs, "calibrated_physics") / "cell.yaml")
         return cls(
             garment=garment,
@@ -67,7 +67,7 @@ class Bench:
             model=read_model(only(inputs, "motion_model")),
             source=source,
             arms=Arms.of_scene(scene),
-            cell=Cell(mesh, scene, physics, source.cell),
+            cell=Cell(mesh, scene, physics, numerics),
             config=config,
         )
 
@@ -93,7 +93,7 @@ class Bench:
             "attempt": ticket.number,
             "perturbed": ticket.series == "perturbed",
             "method": self.model.method,
-            "cell": asdict(self.source.cell),
+            "cell": asdict(self.cell.config),
             "sources": sorted({source["demo"] for source in made.sources}),
             "segments": made.sources,
             "placement": made.placement.tolist(),
@@ -102,7 +102,7 @@ class Bench:
             "figures": figures,
         }
         if made.episode is not None:
-            write_episode(folder, dataclasses.replace(made.episode, about=about))
+            write_episode(folder, replace(made.episode, about=about))
             config = self.config
             size = {"rate_hz": config.video_rate_hz, "width": config.video_width, "height": config.video_height}
             write_clip(folder, head_clip(made.episode.garment_m, self.mesh.faces, self.scene, **size))

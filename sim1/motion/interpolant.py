@@ -59,6 +59,17 @@ def interpolate(
     return _with_exact_ends(path, start, end, phase)
 
 
+def straight(start: ToolPath, end: ToolPath, steps: int) -> ToolPath:
+    """Straight lines at constant speed between one-frame poses, steps + 1 frames; as MimicGen bridges its slices."""
+    share = np.linspace(0, 1, steps + 1)
+    path = ToolPath(
+        position_m=start.position_m + share[:, None, None] * (end.position_m - start.position_m),
+        rotation=np.stack([slerp(start.rotation[0, arm], end.rotation[0, arm], share) for arm in range(2)], axis=1),
+        openness=start.openness + share[:, None] * (end.openness - start.openness),
+    )
+    return _with_exact_ends(path, start, end, share)
+
+
 def _with_exact_ends(path: ToolPath, start: ToolPath, end: ToolPath, phase: np.ndarray) -> ToolPath:
     """Rounding taken out of the frames at phase 0 and 1, so that a boundary pose is the given one to the last bit."""
     fields = {}

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 
 from sim1.motion.durations import DurationModel
-from sim1.motion.interpolant import interpolate, slerp
+from sim1.motion.interpolant import interpolate, straight
 from sim1.motion.network import MotionTransformer, inner_mask, signal_and_noise
 from sim1.motion.poses import ToolPath, joined, to_tokens
 from sim1.motion.residual import assemble, to_modes
@@ -22,7 +22,7 @@ SCHEMA = "sim1.motion-model/1"
 class MotionModel:
     """How transitions are made; `network` is None where the method needs none."""
 
-    method: str  # diffusion, minimum_jerk or slicing
+    method: str  # diffusion, minimum_jerk, straight or slicing
     durations: DurationModel
     network: MotionTransformer | None
     scale: np.ndarray  # (20,) size of the residual
@@ -66,7 +66,7 @@ def transition(
     """Frames from the last pose of `history` to `end`, both included and exact: steps + 1 of them.
 
     Args:
-        model: of method `diffusion` or `minimum_jerk`.
+        model: of any method but `slicing`.
         history: (HISTORY_COUNT) frames, the last one is the start pose.
         end: one frame.
         end_velocity: (2, 3) of the tools when they arrive [m per frame step].
@@ -76,6 +76,8 @@ def transition(
     start = history[-1:]
     start_rate = (history.position_m[-1] - history.position_m[-2]) * steps
     end_rate = end_velocity * steps
+    if model.method == "straight":
+        return straight(start, end, steps)
     if model.method == "minimum_jerk":
         return interpolate(start, end, np.linspace(0, 1, steps + 1), start_rate, end_rate)
     base = interpolate(start, end, np.linspace(0, 1, model.token_count), start_rate, end_rate)
@@ -93,13 +95,7 @@ def sliced(source: ToolPath, placement: np.ndarray, start: ToolPath, bridge_step
         bridge_steps: frame steps of the straight line.
     """
     moved = source.moved(placement)
-    share = np.linspace(0, 1, bridge_steps + 1)
-    bridge = ToolPath(
-        position_m=start.position_m + share[:, None, None] * (moved.position_m[:1] - start.position_m),
-        rotation=np.stack([slerp(start.rotation[0, arm], moved.rotation[0, arm], share) for arm in range(2)], axis=1),
-        openness=start.openness + share[:, None] * (moved.openness[:1] - start.openness),
-    )
-    return joined(bridge, moved[1:])
+    return joined(straight(start, moved[:1], bridge_steps), moved[1:])
 
 
 def write_model(folder: Path, model: MotionModel) -> None:

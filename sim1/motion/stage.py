@@ -26,7 +26,7 @@ class MotionModelConfig:
     """The generator of transitions."""
 
     seed: int = 0  # initial weights, examples, noise
-    method: Literal["diffusion", "minimum_jerk", "slicing"] = "diffusion"  # the others are baselines
+    method: Literal["diffusion", "minimum_jerk", "straight", "slicing"] = "diffusion"  # the others are baselines
     width: int = Field(64, ge=16, multiple_of=4)  # of the transformer
     layer_count: int = Field(3, ge=1)
     token_count: int = Field(32, ge=8)  # even phases of a transition
@@ -51,6 +51,7 @@ class CandidateTrajectoriesConfig:
     perturbation_m: float = Field(0.04, gt=0)  # a displaced grasp misses or takes hold of the wrong place
     radius_m: float = Field(0.05, ge=0)  # garment placement: translation within this disc
     angle_deg: float = Field(15.0, ge=0)  # garment placement: rotation up to this
+    solver: Literal["avbd", "vbd"] = "avbd"  # of the cloth; vbd is newton's own, for the ablation
     settle_s: float = Field(0.7, ge=0)  # rest at the end, so that the judged state is at rest
     video_width: int = Field(64, ge=16)  # px, cheap head view
     video_height: int = Field(48, ge=16)  # px

@@ -56,16 +56,15 @@ def count_variant(inputs: Inputs, variant: str) -> Row:
         BadInput: an artifact is missing or damaged.
     """
     own = [stage for stage in STAGES if inputs.get(f"{variant}/{stage}")]
-    # What lies downstream of a changed stage is changed too: other trajectories never stand beside the base's policy.
-    missing = [stage for stage in STAGES[1:] if STAGES[0] in own and stage not in own]
     found = {stage: inputs.get(f"{variant}/{stage}" if stage in own else stage) for stage in STAGES}
-    missing += [stage for stage in STAGES if not found[stage]]
-    if missing:
+    if missing := [stage for stage in STAGES if not found[stage]]:
         raise BadInput(f"ablation {variant!r}: no artifact of {', '.join(missing)}; materialize it first")
     decisions = read_decisions(found["valid_trajectories"])
     decisions = decisions[~decisions["perturbed"]]  # disturbed on purpose, for the filters to see failures
+    # What lies downstream of a changed stage is changed too: other trajectories never stand beside the base's policy.
+    tried = own != ["valid_trajectories"]  # a variant may end before its policy
     trials = pd.concat([read_table(path / "evaluation.parquet") for path in found["policy"].values()])
-    largest = trials[trials["size"] == trials["size"].max()]
+    largest = trials[trials["size"] == trials["size"].max()] if tried else trials[:0]
     return Row(
         variant=variant,
         candidate_count=len(decisions),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,6 +72,7 @@ def decide(inputs: Inputs, garment: str, config: ValidTrajectoriesConfig, out: P
             _copy(folder, out / "episodes" / attempt["episode"])
     table = pd.DataFrame(rows).astype({"video_score": float})
     table.to_parquet(out / "decisions.parquet", index=False)
+    (out / "limits.json").write_text(json.dumps({"minimum_accepted": config.minimum_accepted}) + "\n")
     draw_decisions(out / "decisions.png", rows, filters.discriminator.abstains or not config.use_video)
     return _facts(table, filters)
 

@@ -44,6 +44,7 @@ class ValidTrajectoriesConfig:
 
     require_success: bool = True  # the task was done, by the judge's figures
     use_rules: bool = True  # state rules, as in the paper
+    minimum_accepted: int = Field(1, ge=0)  # fewer accepted trajectories are no training set; 0 for what may fail
     use_video: bool = True  # video discriminator, as in the paper; where it abstains the others decide
 
 
@@ -128,12 +129,13 @@ def valid_trajectories(inputs: Inputs, out: Path, config: ValidTrajectoriesConfi
 
 
 def check_valid_trajectories(artifact: Path) -> list[Finding]:
-    """At least one trajectory is accepted, every decision has a reason, and the episodes are those decided for."""
+    """Enough trajectories are accepted, every decision has a reason, and the episodes are those decided for."""
     import pandas as pd
 
     from sim1.episode import episode_folders
 
     table = pd.read_parquet(artifact / "decisions.parquet")
+    minimum = json.loads((artifact / "limits.json").read_text())["minimum_accepted"]
     accepted = table[table.accepted]
     unexplained = table[~table.accepted & (table.reasons.str.len() == 0)]
     folders = [folder.name for folder in episode_folders(artifact)]
@@ -142,8 +144,8 @@ def check_valid_trajectories(artifact: Path) -> list[Finding]:
     return [
         Finding(
             name="something_accepted",
-            passed=len(accepted) > 0,
-            detail=f"{len(accepted)} of {len(table)} candidates accepted, expected at least 1"
+            passed=len(accepted) >= minimum,
+            detail=f"{len(accepted)} of {len(table)} candidates accepted, expected at least {minimum}"
             + (f": {why}" if why else ""),
         ),
         Finding(

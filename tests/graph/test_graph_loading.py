@@ -59,6 +59,17 @@ def test_a_variant_has_assets_of_its_own_only_downstream_of_what_it_changes():
     assert graph.nodes["ablation_report"].needs["without_video/policy"] == "without_video/policy"
 
 
+def test_a_variant_ends_where_it_says_and_exists_in_the_profiles_that_it_names():
+    graph = load_graph(Home(REPOSITORY), "study")
+    own = {id_ for id_ in graph.nodes if id_.startswith("diffusion/")}
+    filters = ("candidate_trajectories", "state_rules", "video_discriminator", "valid_trajectories")
+    assert own == {f"diffusion/{name}" for name in filters}
+    needs = graph.nodes["ablation_report"].needs
+    assert "diffusion/valid_trajectories" in needs
+    assert "diffusion/policy" not in needs
+    assert "diffusion" not in load_graph(Home(REPOSITORY), "quick").variants
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -99,6 +110,14 @@ def test_a_fault_in_a_profile_or_a_variant_is_named(project):
     (folder / "ablations.yaml").write_text(yaml.safe_dump({"variants": {"fast": {"change": {}}}}))
     with pytest.raises(GraphError, match=r"variant 'fast': expected the keys"):
         _ = project.graph
+    for key, value, said in (
+        ("until", "modle", "'modle' is not a stage"),
+        ("profiles", ["quik"], r"a list of \['quick'\]"),
+    ):
+        row = {"changes": {"model": {"width": 9}}, key: value}
+        (folder / "ablations.yaml").write_text(yaml.safe_dump({"variants": {"fast": row}}))
+        with pytest.raises(GraphError, match=f"variant 'fast': {key} .*{said}"):
+            _ = project.graph
     with pytest.raises(GraphError, match=r"profile 'quik' does not exist; there are \['quick'\]"):
         load_graph(project.home, "quik")
 

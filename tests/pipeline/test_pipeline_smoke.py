@@ -2,44 +2,15 @@
 
 import html
 import json
-import os
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-from pipeline import Home, load_graph
-
-REPOSITORY = Path(__file__).parents[2]
-
-
-@pytest.fixture(scope="module")
-def home(tmp_path_factory: pytest.TempPathFactory) -> Home:
-    """A home with the shipped towel alone and the project's own graph."""
-    root = tmp_path_factory.mktemp("smoke") / "home"
-    (root / "data" / "garments").mkdir(parents=True)
-    shutil.copy(REPOSITORY / "dagster.yaml", root)
-    shutil.copy(REPOSITORY / "data" / "prices.yaml", root / "data")
-    shutil.copy(REPOSITORY / "data" / "garments" / "towel.yaml", root / "data" / "garments")
-    (root / "data" / "tasks").mkdir()
-    shutil.copy(REPOSITORY / "data" / "tasks" / "towel.yaml", root / "data" / "tasks")
-    for folder in ("scans/towel", "robot", "environment"):
-        shutil.copytree(REPOSITORY / "data" / folder, root / "data" / folder)
-    return Home(root)
-
-
-def sim1(home: Home, *arguments: str) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-c", "from assets_defs.cli import main; main()", *arguments]
-    environment = {**os.environ, "SIM1_HOME": str(home.root), "PYTHONPATH": str(REPOSITORY), "COLUMNS": "200"}
-    environment.pop("SIM1_PROFILE", None)
-    return subprocess.run(command, env=environment, cwd=home.root, capture_output=True, text=True, timeout=1500)
+from pipeline import load_graph
 
 
 @pytest.mark.timeout(1500)
-def test_a_scan_becomes_a_dataset_and_a_curve_and_a_second_run_makes_nothing(home):
-    answer = sim1(home, "run", "--profile", "smoke", "--variant", "base")
+def test_a_scan_becomes_a_dataset_and_a_curve_and_a_second_run_makes_nothing(home, sim1):
+    answer = sim1("run", "--profile", "smoke", "--variant", "base")
     assert answer.returncode == 0, answer.stdout[-4000:] + answer.stderr[-4000:]
     graph = load_graph(home, "smoke")
     base = [node for node in graph.nodes.values() if not node.variant and not node.stage.compares]
@@ -48,12 +19,12 @@ def test_a_scan_becomes_a_dataset_and_a_curve_and_a_second_run_makes_nothing(hom
     page = html.unescape((home.store / "report.html").read_text())
     assert [node.id for node in base if node.stage.summary not in page] == []
 
-    again = sim1(home, "run", "--profile", "smoke", "--variant", "base")
+    again = sim1("run", "--profile", "smoke", "--variant", "base")
     assert f"0 made, {len(base)} fresh already" in again.stdout
 
-    rows = json.loads(sim1(home, "status", "--profile", "smoke", "--json").stdout)
+    rows = json.loads(sim1("status", "--profile", "smoke", "--json").stdout)
     assert rows["profile"] == "smoke"
-    ancestry = json.loads(sim1(home, "audit", "dataset", "--json").stdout)["ancestry"]
+    ancestry = json.loads(sim1("audit", "dataset", "--json").stdout)["ancestry"]
     assert {"scan/towel", "calibrated_physics/towel", "seed_demos/towel", "rendered_episodes/towel"} <= set(ancestry)
 
 
@@ -63,3 +34,10 @@ def test_every_artifact_has_its_figures_and_the_ui_its_pictures(home):
         assert found["facts"], record
         assert all(finding["passed"] for finding in found["findings"] if finding["blocking"]), record
     assert len(list(home.store.glob("*/*/*.png"))) >= 10
+
+
+def test_an_episode_is_simulated_again_from_its_record_alone(home, sim1):
+    for stage in ("seed_demos", "candidate_trajectories"):
+        episode = next(iter(sorted((home.store / stage / "towel" / "episodes").iterdir())))
+        assert "the same bytes" in sim1("replay", str(episode)).stdout
+    assert "the same bytes" in sim1("replay", str(episode), "--from-seed").stdout

@@ -74,8 +74,17 @@ def test_where_a_variant_changes_nothing_the_base_counts_are_its_counts(tmp_path
 
 
 def test_other_trajectories_never_stand_beside_the_policy_of_the_base(tmp_path, inputs):
+    """A variant that ends before its policy was not tried."""
     del inputs["minimum_jerk/policy"]
-    with pytest.raises(BadInput, match="'minimum_jerk': no artifact of policy"):
+    ablation_report(inputs, tmp_path, AblationReportConfig())
+    row = rows(tmp_path)["minimum_jerk"]
+    assert (row["trial_count"], row["success_rate"], row["own_stages"]) == (0, None, ["valid_trajectories"])
+    assert "not tried" in (tmp_path / "report.html").read_text()
+
+
+def test_what_was_never_made_is_named(tmp_path, inputs):
+    del inputs["policy"]
+    with pytest.raises(BadInput, match="'base': no artifact of policy"):
         ablation_report(inputs, tmp_path, AblationReportConfig())
 
 
