@@ -55,6 +55,7 @@ class Limits:
     height_m: float = 0.08  # of the highest vertex at the end
     speed_m_s: float = 0.05  # at the end, 99th percentile over vertices
     stretch: float = 1.35  # longest ratio of edge length to rest length, 99th percentile over edges
+    face_down_share: float = 0.0  # of the fabric's area: at least so much lies turned over at the end
     lifted_m: float = 0.03  # a grasp that never lifted its point this high missed
 
 

@@ -7,12 +7,21 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from sim1.robot.expert_task import Task, find_keypoints, ideal_fold
+from sim1.validity.penetration import crossings
 
 type Failure = Literal[
-    "unreachable", "missed grasp", "slip", "over-stretch", "not folded", "simulation broke", "off the table"
+    "unreachable",
+    "missed grasp",
+    "slip",
+    "over-stretch",
+    "penetration",
+    "not folded",
+    "simulation broke",
+    "off the table",
 ]
 PIXEL_M = 0.004
 LAST_FRAMES = 10  # a third of a second
+LOOKED_AT = 8  # frames in which layers are looked at for having gone through each other, the last one among them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +59,9 @@ def judge(garment_m: np.ndarray, faces: np.ndarray, task: Task) -> Judgement:
         "height_m": float(end[:, 2].max()),
         "speed_m_s": float(np.percentile(np.linalg.norm(end - before, axis=1), 99) / duration),
         "lowest_m": float(end[:, 2].min()),
+        "face_down_share": _face_down_share(start, end, faces),
         "stretch": _stretch(garment_m, faces),
+        "crossing_count": _crossings(garment_m, faces),
         "lifted_m": float((garment_m[:, grasped, 2].max(axis=0) - start[grasped, 2]).min()),
     }
     failure = _failure(figures, garment_m, ideal, grasped, task)
@@ -65,6 +76,19 @@ def silhouette(points: np.ndarray, faces: np.ndarray, low: np.ndarray, high: np.
     for corners in ((points[:, :2] - low) / PIXEL_M)[faces]:
         draw.polygon([tuple(corner) for corner in corners.tolist()], fill=1)
     return np.asarray(image)
+
+
+def _face_down_share(start: np.ndarray, end: np.ndarray, faces: np.ndarray) -> float:
+    """Share of the area at the start whose upper side has come to look down."""
+    before, after = (np.cross(m[faces[:, 1]] - m[faces[:, 0]], m[faces[:, 2]] - m[faces[:, 0]]) for m in (start, end))
+    area = np.linalg.norm(before, axis=1)
+    return float(area[before[:, 2] * after[:, 2] < 0].sum() / max(area.sum(), 1e-12))
+
+
+def _crossings(garment_m: np.ndarray, faces: np.ndarray) -> float:
+    """Most edges at a time that pass through a face."""
+    frames = np.linspace(0, len(garment_m) - 1, LOOKED_AT + 1).round().astype(int)[1:]
+    return float(max(len(crossings(garment_m[frame].astype(float), faces)) for frame in frames))
 
 
 def _stretch(garment_m: np.ndarray, faces: np.ndarray) -> float:
@@ -85,12 +109,15 @@ def _failure(
         return "off the table"
     if figures["stretch"] > limits.stretch:
         return "over-stretch"
+    if figures["crossing_count"] > 0:
+        return "penetration"
     folded = (
         figures["iou"] >= limits.iou
         and figures["keypoint_error_m"] <= limits.keypoint_error_m
         and figures["area_ratio"] <= figures["ideal_area_ratio"] + limits.area_excess
         and figures["height_m"] <= limits.height_m
         and figures["speed_m_s"] <= limits.speed_m_s
+        and figures["face_down_share"] >= limits.face_down_share
     )
     if folded:
         return None

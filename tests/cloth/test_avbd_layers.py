@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 from avbd_sheets import Run, cloth, hold, square_grid
-from crossings import crossings
 
 from sim1.cloth.avbd import SelfContact
+from sim1.validity.penetration import crossings
 
 LAYERS = SelfContact(radius_m=0.003, search_m=0.006, stiffness_n_m=200.0, damping_n_s_m=0.0)
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from crossings import crossings
 
 from sim1.cloth.config import CellConfig
 from sim1.cloth.garment import grid_towel
 from sim1.cloth.physics import ClothPhysics, Property
 from sim1.cloth.world import ClothWorld
+from sim1.validity.penetration import crossings
 
 VALUES = {
     "area_density_kg_m2": 0.3,

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -93,6 +94,30 @@ def test_a_fold_that_ends_in_the_wrong_place_is_not_folded(task):
     outcome = judge(run_to(lying(), lifted(lying(), 0.1), lifted(aside, 0.1), aside), TOWEL.faces, task)
     assert outcome.failure == "not folded"
     assert outcome.figures["keypoint_error_m"] == pytest.approx(0.15, abs=0.01)
+
+
+def test_a_towel_turned_over_is_told_from_one_pushed_to_the_same_place(task):
+    flip = replace(
+        task, success=replace(task.success, face_down_share=0.9, area_excess=0.6, iou=0.4, keypoint_error_m=0.2)
+    )
+    pushed = lying() + np.array([0.1, 0, 0])
+    turned = pushed * [-1, 1, 1] + np.array([0.2, 0, 0])
+    right = judge(run_to(lying(), lifted(lying(), 0.1), lifted(turned, 0.1), turned), TOWEL.faces, flip)
+    wrong = judge(run_to(lying(), lifted(lying(), 0.1), lifted(pushed, 0.1), pushed), TOWEL.faces, flip)
+    assert (right.figures["face_down_share"], wrong.figures["face_down_share"]) == pytest.approx((1.0, 0.0))
+    assert (right.failure, wrong.success) == (None, False)
+
+
+def test_a_layer_that_went_through_the_other_is_a_penetration(task):
+    through = folded(task)
+    over = lying()[:, 0] < 0
+    through[over, 2] = 0.004
+    dent = np.argmin(np.linalg.norm(through[:, :2] - [0.1, 0.1], axis=1) + ~over)
+    through[dent, 2] = 0.001  # one vertex of the upper layer below the lower one at 0.002
+    through[over, :2] += [0.003, 0.004]  # else edges would meet edges
+    outcome = judge(run_to(lying(), lifted(lying(), 0.1), lifted(through, 0.1), through), TOWEL.faces, task)
+    assert outcome.failure == "penetration"
+    assert outcome.figures["crossing_count"] >= 3
 
 
 def test_a_garment_still_moving_at_the_end_is_not_folded(task):
