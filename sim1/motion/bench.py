@@ -24,10 +24,13 @@ from sim1.robot.expert_task import Task, read_task
 from sim1.scene.description import Scene, read_scene
 from sim1.stage import BadInput, Inputs, only, random_stream
 from sim1.validity.clips import head_clip, write_clip
+from sim1.validity.raster import in_view_share
 from sim1.validity.success import judge
 
 if TYPE_CHECKING:
     from sim1.motion.stage import CandidateTrajectoriesConfig
+
+IN_VIEW_LEAST = 0.98  # of the garment, all the time: what the head camera does not see, a policy cannot learn from
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,9 +129,11 @@ class Bench:
         if made.failure is not None or made.episode is None:
             return False, made.failure, {}
         judgement = judge(unplaced(made.episode.garment_m, self.source.start_m), self.mesh.faces, self.task)
-        figures = {name: float(value) for name, value in sorted(judgement.figures.items())}
+        seen = in_view_share(made.episode.garment_m, self.scene)
+        failure = judgement.failure or ("out of view" if seen < IN_VIEW_LEAST else None)
+        figures = {name: float(value) for name, value in sorted({**judgement.figures, "in_view_share": seen}.items())}
         finite = {name: value if math.isfinite(value) else None for name, value in figures.items()}
-        return bool(judgement.success), judgement.failure, finite
+        return failure is None, failure, finite
 
 
 def read_source(demos: Path) -> Source:

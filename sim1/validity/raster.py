@@ -167,3 +167,12 @@ def render_head_view(
     canvas, depth = draw_table(scene.table_size_m, scene.table_top_m - TABLE_DROP_M, camera)
     render(garment_m, faces, color, camera, canvas, depth)
     return np.clip(np.rint(canvas), 0, 255).astype(np.uint8)
+
+
+def in_view_share(garment_m: np.ndarray, scene: Scene) -> float:
+    """Share of the garment (T, v, 3) that lies inside the head camera's picture when least of it does."""
+    head = scene.cameras["head"]
+    camera = head_camera(scene, head.width, head.height)
+    pixel, depth = camera.project(garment_m.reshape(-1, 3).astype(float))
+    inside = (depth > NEAR_M) & (pixel >= 0).all(axis=1) & (pixel < [camera.width, camera.height]).all(axis=1)
+    return float(inside.reshape(len(garment_m), -1).mean(axis=1).min())

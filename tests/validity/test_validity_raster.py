@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sim1.validity.raster import Camera, draw_table, render, render_head_view
+from sim1.validity.raster import Camera, draw_table, in_view_share, render, render_head_view
 
 
 def looking_down(height_m: float = 1.0, size: int = 80, fy_px: float = 80.0) -> Camera:
@@ -115,3 +115,14 @@ def test_a_thousand_vertices_at_112_by_84_take_milliseconds():
         render_head_view(vertices, faces, scene, 112, 84)
         times.append(time.perf_counter() - start)
     assert min(times) < 0.04  # 5 ms on an idle core; the bound leaves room for a busy machine
+
+
+def test_the_share_in_view_is_that_of_the_worst_frame():
+    """Half a metre around the middle is seen from one metre up; a sheet pushed half out of it is half seen."""
+    vertices, _ = sheet(11, 0.5)
+    scene = a_scene(looking_down())
+    assert in_view_share(vertices[None], scene) == 1.0
+    half_out = vertices + np.array([0.51, 0, 0])
+    assert in_view_share(np.stack([vertices, half_out, vertices]), scene) == pytest.approx(5 / 11)
+    behind = vertices + np.array([0, 0, 2.0])
+    assert in_view_share(behind[None], scene) == 0.0
