@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
-from sim1.mismatch.decide import Thresholds, best_of, gain_of, null_of, rating
+from sim1.mismatch.decide import Thresholds, best_of, gain_of, null_of, rating, worth_a_second
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
 from sim1.mismatch.models import Model, calibrate, extended, judged
@@ -103,7 +103,7 @@ def with_a_second(
         names,
         lambda share, name: progress(share, f"{name} beside {best.terms[0]}"),
         most=PARTNERS,
-        least=WORTH_MORE * max(thresholds.second, thresholds.second_share * gain),
+        least=WORTH_MORE * worth_a_second(best, None, gain, thresholds),
         variants=best.variants,
     )
     pool = simplified(engine, [*found.pool, *pairs.models], thresholds, names)

@@ -16,11 +16,14 @@ class Thresholds:
 
     named: float = 70.0  # that an effect must gain over the baseline; with nothing missing the best one gained up to 54
     second: float = 70.0  # that another must gain over the first
-    second_share: float = 0.12  # and in units of the first's gain: another formula or mesh leaves that much unexplained
+    second_share: float = (
+        0.12  # and in units of the first's gain, as another formula or mesh leaves that much unexplained, ...
+    )
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
+    # ... unless what the first leaves is an excess of which the second explains so much, as a name must of the baseline's
     explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
     left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
     heldout: float = 1.02  # of the baseline's error on held-out motion that a named model may have
@@ -132,9 +135,21 @@ def _simplest(pool: list[Model], best: Model, thresholds: Thresholds) -> Model:
     for model in sorted(pool, key=lambda model: rating(model, thresholds)):
         gain = gain_of(pool, model, thresholds)
         simpler = len(model.terms) < len(best.terms) or _contained(model.terms, best.terms)
-        if model.terms and simpler and top - gain < max(thresholds.second, thresholds.second_share * gain):
+        if model.terms and simpler and top - gain < worth_a_second(model, best, gain, thresholds):
             best, top = model, gain
     return best
+
+
+def worth_a_second(first: Model, both: Model | None, gain: float, thresholds: Thresholds) -> float:
+    """Nats that a second effect must add to a first one that gained `gain`.
+
+    Where the first leaves no excess, it must add a share of that too: it would explain what another formula or mesh does to the
+    first. With `both` unknown yet it is what may do.
+    """
+    left = mean_square(first.fit) > thresholds.left
+    if left and (both is None or explained(first.fit, both.fit, thresholds) >= thresholds.explained):
+        return thresholds.second
+    return max(thresholds.second, thresholds.second_share * gain)
 
 
 def _contained(small: tuple[str, ...], large: tuple[str, ...]) -> bool:

@@ -124,6 +124,16 @@ def test_a_second_effect_must_earn_its_place(unknowns):
     assert verdict(unknowns, much) == ("named", pair)
 
 
+def test_a_second_effect_need_not_rival_the_first_where_it_explains_what_that_leaves(unknowns):
+    """Clocks that are off by 20 ms gain thousands of nats; a tilt of 2 degrees beside them some hundreds."""
+    pair = ("clock_offset", "gravity_tilt")
+    gains = {("clock_offset",): 6000.0, pair: 6500.0}
+    assert THRESHOLDS.second_share * 6000 > 500
+    assert verdict(unknowns, gains, {(): 4.4, ("clock_offset",): 2.5, pair: 1.1}) == ("named", pair)
+    assert verdict(unknowns, gains, {(): 4.4, ("clock_offset",): 2.5, pair: 2.2})[1] == ("clock_offset",)
+    assert verdict(unknowns, gains, {(): 4.4, ("clock_offset",): 1.05, pair: 1.0})[1] == ("clock_offset",)
+
+
 def test_wind_must_earn_what_it_adds_to_the_drag_that_it_contains(unknowns):
     assert verdict(unknowns, {("wind",): 310.0, ("air_drag",): 300.0}) == ("named", ("air_drag",))
     assert verdict(unknowns, {("wind",): 400.0, ("air_drag",): 300.0}) == ("named", ("wind",))
