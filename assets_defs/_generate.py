@@ -101,6 +101,7 @@ def _told(target: int):
 
 def _print(rows: list[dict[str, Any]], target: int, seconds: float, where: str) -> None:
     from sim1.statistics import describe_share
+    from sim1.validity.deciding import compared_filters
 
     accepted = sum(row["accepted"] for row in rows)
     print(f"accepted: {describe_share(accepted, len(rows))} attempts in {where}; {seconds:.0f} s this time")
@@ -110,6 +111,8 @@ def _print(rows: list[dict[str, Any]], target: int, seconds: float, where: str) 
             failures[row["failure"]] = failures.get(row["failure"], 0) + 1
     for name, count in sorted(failures.items(), key=lambda item: -item[1]):
         print(f"  {name}: {count}")
+    for found in compared_filters(rows):
+        print(f"  {found['filter']}, against the judge: precision {found['precision']}; recall {found['recall']}")
     if accepted < target:
         typer.secho(
             f"sim1: {accepted} of {target} after {len(rows)} attempts, the limit; see attempts.png", fg="red", err=True

@@ -51,7 +51,7 @@ class Checked:
         failure = row["failure"]
         if failure is None and not said["accepted"]:
             failure = "rejected by rule" if said["rules_broken"] else "rejected by video"
-        names = ("rules_pass", "rules_broken", "video_score", "video_abstains", "accepted", "reasons")
+        names = ("rules_pass", "rules_broken", "video_score", "video_pass", "video_abstains", "accepted", "reasons")
         return row | {name: said[name] for name in names} | {"failure": failure}
 
 

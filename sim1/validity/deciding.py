@@ -111,6 +111,28 @@ def decision(attempt: dict[str, Any], folder: Path, filters: Filters) -> dict[st
     }
 
 
+def compared_filters(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """State rules alone, video alone and both, against the judge, over the attempts that ran: one row each.
+
+    Precision: of what is admitted, the share that did the task. Recall: of what did the task, the share that is admitted.
+    """
+    ran = [row for row in rows if row["ran"]]
+    passes = {"state rules alone": [row["rules_pass"] for row in ran]}
+    if ran and not ran[0]["video_abstains"]:
+        video = [row["video_pass"] for row in ran]
+        both = [one and other for one, other in zip(passes["state rules alone"], video, strict=True)]
+        passes |= {"video alone": video, "both": both}
+    success = [row["success"] for row in ran]
+    return [
+        {
+            "filter": name,
+            "precision": describe_share(sum(map(all, zip(admitted, success, strict=True))), sum(admitted)),
+            "recall": describe_share(sum(map(all, zip(admitted, success, strict=True))), sum(success)),
+        }
+        for name, admitted in passes.items()
+    ]
+
+
 def _copy(folder: Path, target: Path) -> None:
     target.mkdir(parents=True)
     for name in ("episode.npz", "episode.json", VIDEO):
@@ -127,5 +149,6 @@ def _facts(table: pd.DataFrame, filters: Filters) -> Facts:
         "pass_video": f"abstains: {video.reason}"
         if video.abstains
         else describe_share(int(table.video_pass.sum()), count),
+        "filters": compared_filters(table.to_dict("records")),
         "rejected": table.loc[~table.accepted, ["episode", "reasons"]].to_dict("records"),
     }

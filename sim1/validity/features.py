@@ -9,6 +9,7 @@ import numpy as np
 
 from sim1.episode import RATE_HZ
 from sim1.motion.placement import unplaced
+from sim1.validity.penetration import crossings
 from sim1.validity.raster import Camera, render
 
 PHASES = ("early", "middle", "late", "end")  # thirds of the time, and the last frame
@@ -49,6 +50,7 @@ def episode_features(garment_m: np.ndarray, reference: Reference) -> dict[str, f
             result[f"{phase}.distance_share.{pair}"] = distance / max(start[pair], 1e-6)
     tail = garment_m[-min(SPEED_FRAMES + 1, len(garment_m)) :].astype(float)
     speeds = np.linalg.norm(tail[-1] - tail[0], axis=-1) * RATE_HZ / max(len(tail) - 1, 1)
+    result["end.crossing_count"] = float(len(crossings(tail[-1], reference.faces)))
     result["end.speed_m_s"] = float(np.quantile(speeds, 0.99))
     return result
 

@@ -13,7 +13,9 @@ from sim1.stage import BadInput
 from sim1.validity.stage import ValidTrajectoriesConfig
 
 CONFIGS = (CandidateTrajectoriesConfig(seed=1), ValidTrajectoriesConfig())
-NOTHING = {"rules_pass": True, "rules_broken": "", "video_score": None, "video_abstains": True, "reasons": ""}
+NOTHING = {
+    "rules_pass": True, "rules_broken": "", "video_score": None, "video_pass": False, "video_abstains": True, "reasons": ""
+}  # fmt: skip
 
 
 def outcome(monkeypatch, tmp_path, row, said):

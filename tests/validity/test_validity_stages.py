@@ -7,6 +7,7 @@ from validity_synthetic import make_artifacts
 
 from sim1.episode import episode_folders
 from sim1.stage import BadInput
+from sim1.validity.deciding import compared_filters
 from sim1.validity.stage import (
     StateRulesConfig,
     ValidTrajectoriesConfig,
@@ -143,3 +144,18 @@ def test_stages_write_the_same_bytes_again(world, tmp_path):
         for path in sorted(one.iterdir()):
             assert path.read_bytes() == (two / path.name).read_bytes(), path.name
     assert np.isfinite(pd.read_parquet(root / "state_rules/features.parquet").select_dtypes("number")).all().all()
+
+
+def test_filters_are_compared_with_the_judge_one_by_one_and_together():
+    columns = ("ran", "success", "rules_pass", "video_pass")
+    table = [(1, 1, 1, 1), (1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 0), (1, 0, 0, 0), (0, 0, 0, 0)]
+    rows = [dict(zip(columns, map(bool, row), strict=True)) | {"video_abstains": False} for row in table]
+    found = {row["filter"]: (row["precision"], row["recall"]) for row in compared_filters(rows)}
+    starts = {name: (one.split(" =")[0], two.split(" =")[0]) for name, (one, two) in found.items()}
+    assert starts == {
+        "state rules alone": ("2 of 3", "2 of 3"),
+        "video alone": ("2 of 2", "2 of 3"),
+        "both": ("1 of 1", "1 of 3"),
+    }
+    abstaining = [row | {"video_abstains": True} for row in rows]
+    assert [row["filter"] for row in compared_filters(abstaining)] == ["state rules alone"]
