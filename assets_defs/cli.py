@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from assets_defs._dataset import dataset
 from assets_defs._diagnose import diagnose, predict
 from assets_defs._generate import generate
 from assets_defs._open import open_home, stop
@@ -23,6 +24,7 @@ app = typer.Typer(
 )
 
 app.add_typer(recordings, name="recordings")
+app.add_typer(dataset, name="dataset")
 app.command()(diagnose)
 app.command()(predict)
 app.command()(prove)

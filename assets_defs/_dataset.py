@@ -1,0 +1,82 @@
+"""`sim1 dataset`: any LeRobot v3 dataset checked, merged, split."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from assets_defs._open import stop
+
+dataset = typer.Typer(help="LeRobot v3 datasets, this project's or others: check, merge, split.", no_args_is_help=True)
+
+Folder = Annotated[Path, typer.Argument(help="LeRobot root, or an artifact such as data/store/dataset/_.")]
+Out = Annotated[Path, typer.Option(help="New folder.")]
+
+
+@dataset.command()
+def check(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+    """Say what is wrong with a dataset; ends with 1 where something is."""
+    import json
+
+    from sim1.dataset.check import check_lerobot
+    from sim1.dataset.check_provenance import check_provenance
+    from sim1.dataset.reshape import PROVENANCE, lerobot_root
+    from sim1.stage import BadInput
+
+    try:
+        root = lerobot_root(folder)
+    except BadInput as error:
+        stop(str(error))
+    findings = check_lerobot(root)
+    if root != folder and (folder / PROVENANCE).is_file() and findings[0].passed:
+        findings += check_provenance(folder)
+    if as_json:
+        print(json.dumps([vars(finding) for finding in findings], indent=1, default=bool))
+    else:
+        for finding in findings:
+            print(f"{'ok    ' if finding.passed else 'FAILED'} {finding.name}: {finding.detail}")
+    if not all(finding.passed for finding in findings):
+        raise typer.Exit(1)
+
+
+@dataset.command()
+def merge(
+    folders: Annotated[list[Path], typer.Argument(help="Two or more datasets.")],
+    out: Out,
+) -> None:
+    """One dataset of several with the same features and rate; provenance is merged where all have it."""
+    from sim1.dataset.reshape import merge
+    from sim1.stage import BadInput
+
+    if len(folders) < 2:
+        stop(f"give two datasets or more, got {len(folders)}")
+    try:
+        count = merge(folders, out)
+    except BadInput as error:
+        stop(str(error))
+    print(f"{count} episodes in {out / 'lerobot'}")
+
+
+@dataset.command()
+def split(
+    folder: Folder,
+    out: Out,
+    share: Annotated[list[str], typer.Option(help="PART=SHARE, once for each part; shares add up to 1.")],
+    seed: Annotated[int, typer.Option(min=0)] = 0,
+) -> None:
+    """Parts of a dataset; episodes that were made from a common demonstration stay together."""
+    from sim1.dataset.reshape import split
+    from sim1.stage import BadInput
+
+    try:
+        shares = {name: float(value) for name, _, value in (item.partition("=") for item in share)}
+    except ValueError:
+        stop(f"--share {' '.join(share)}: expected PART=SHARE such as train=0.8")
+    if len(shares) < len(share) or not all(name.isidentifier() for name in shares):
+        stop(f"--share {' '.join(share)}: every part needs a name of its own, of letters, digits and _")
+    try:
+        counts = split(folder, shares, out, seed)
+    except BadInput as error:
+        stop(str(error))
+    for name, count in counts.items():
+        print(f"{count} episodes in {out / name / 'lerobot'}")
