@@ -32,6 +32,12 @@ def prove(
     oracle: Annotated[
         bool, typer.Option("--oracle", help="Of what is diagnosed: what a model that is told the effects gains.")
     ] = False,
+    calibrate: Annotated[
+        bool,
+        typer.Option(
+            "--calibrate", help="Threshold of a name from the cases with nothing concealed: DIR/thresholds.yaml."
+        ),
+    ] = False,
     report: Annotated[bool, typer.Option("--report", help="Score again and rewrite the page, no more.")] = False,
 ) -> None:
     """Prove on concealed cases what `sim1 diagnose` can do. A killed campaign goes on where it was."""
@@ -52,7 +58,7 @@ def prove(
         with exclusive(root / "campaign.lock"):
             from sim1.proof.files import Files
 
-            if report or oracle:
+            if report or oracle or calibrate:
                 found = rewrite(Files(root))
             else:
                 found = _run(root, wish, parallel, 60 * limit_minutes, only_films)
@@ -61,6 +67,8 @@ def prove(
 
                 ask_oracle(Files(root), found.outcomes, _say)
                 found = rewrite(Files(root))
+            if calibrate:
+                _calibrate(root / "thresholds.yaml", found.outcomes)
     except BadInput as error:
         stop(str(error))
     except Taken as taken:
@@ -74,6 +82,18 @@ def prove(
     print(
         f"{len(found.outcomes)} of {found.drawn} cases scored: single effects named: {said(totals.named)}; "
         f"nothing concealed called none: {said(totals.nulls_called_none)}; {out / 'proof.html'}"
+    )
+
+
+def _calibrate(path: Path, outcomes) -> None:
+    from sim1.proof.calibrate import calibrated, write_thresholds
+
+    measured = calibrated(outcomes)
+    write_thresholds(path, measured)
+    low, high = measured.named_ci95
+    _say(
+        f"a name needs {measured.named:g} nats ({len(measured.nulls)} cases with nothing concealed; {measured.level:.0%} of such "
+        f"would exceed {low:g} to {high:g}): {path}; in force as sim1/mismatch/thresholds.yaml"
     )
 
 

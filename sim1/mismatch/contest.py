@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
-from sim1.mismatch.decide import Thresholds, best_of, gain_of, null_of, rating, worth_a_second
+from sim1.mismatch.decide import best_of, gain_of, null_of, rating, worth_a_second
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
 from sim1.mismatch.models import Model, calibrate, extended, judged
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import Unknowns
+from sim1.mismatch.thresholds import Thresholds
 
 FINALISTS = 3  # models, the baseline among them, that are fitted again once the mesh's error is known at the best
 AGAIN = 2  # iterations of that

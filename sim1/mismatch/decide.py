@@ -6,30 +6,9 @@ import numpy as np
 
 from sim1.mismatch.fit import Fit, cost_of
 from sim1.mismatch.models import Model
+from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 
 GROSS = 25.0  # squared residuals count no more than this: a marker that was mislabelled is not physics
-
-
-@dataclass(frozen=True, kw_only=True)
-class Thresholds:
-    """When a difference counts, in nats of evidence. Chosen on some fifty bundles, ten of them with nothing missing (docs/mismatch.md)."""
-
-    named: float = 70.0  # that an effect must gain over the baseline; with nothing missing the best one gained up to 54
-    second: float = 70.0  # that another must gain over the first
-    second_share: float = (
-        0.12  # and in units of the first's gain, as another formula or mesh leaves that much unexplained, ...
-    )
-    margin: float = 8.0  # over the runner-up
-    margin_share: float = 0.002  # and in units of its own gain
-    per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
-    misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
-    # ... unless what the first leaves is an excess of which the second explains so much, as a name must of the baseline's
-    explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
-    left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
-    heldout: float = 1.02  # of the baseline's error on held-out motion that a named model may have
-
-
-THRESHOLDS = Thresholds()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.contest import contest
-from sim1.mismatch.decide import THRESHOLDS, Thresholds, decide, not_borne_out, rating
+from sim1.mismatch.decide import decide, not_borne_out, rating
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Tempers
 from sim1.mismatch.heldout import held_out, rmse_of
@@ -15,6 +15,7 @@ from sim1.mismatch.models import Model
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
+from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 from sim1.recording.bundle import Bundle
 from sim1.stage import BadInput
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.physics import write_physics
-from sim1.mismatch.decide import THRESHOLDS, Thresholds, mean_square, rating
+from sim1.mismatch.decide import mean_square, rating
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
 from sim1.mismatch.fit import promised
@@ -21,6 +21,7 @@ from sim1.mismatch.page import write_page
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.strict_json import write_json
 from sim1.mismatch.summary import Prices, Summary
+from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 from sim1.mismatch.verdict import Verdict
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis

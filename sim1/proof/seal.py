@@ -31,8 +31,8 @@ def sha256_of(path: Path) -> str:
 
 
 def code_sha256(package: Path, rooms: Sequence[str] = ("mismatch", "cloth", "recording")) -> str:
-    """SHA-256 over names and hashes of all Python files in some rooms of a package."""
-    files = sorted(path for room in rooms for path in (package / room).rglob("*.py"))
+    """SHA-256 over names and hashes of all Python files, and of thresholds, in some rooms of a package."""
+    files = sorted(path for room in rooms for kind in ("*.py", "*.yaml") for path in (package / room).rglob(kind))
     lines = [f"{sha256_of(path)}  {path.relative_to(package).as_posix()}\n" for path in files]
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from small_bundle import empty_bundle
 
-from sim1.mismatch.decide import THRESHOLDS, decide, explained, mean_square, not_borne_out
+from sim1.mismatch.decide import decide, explained, mean_square, not_borne_out
 from sim1.mismatch.fit import Fit, loss
 from sim1.mismatch.models import Model
 from sim1.mismatch.search import baseline
+from sim1.mismatch.thresholds import THRESHOLDS
 
 FIRST, PER_TERM = 1000.0, THRESHOLDS.per_term
 

@@ -9,12 +9,12 @@ from small_bundle import empty_bundle
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch import contest
-from sim1.mismatch.decide import THRESHOLDS
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import fit, promised
 from sim1.mismatch.models import Model, Tried
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Unknowns, baseline
+from sim1.mismatch.thresholds import THRESHOLDS
 from sim1.stage import BadInput
 
 TRUE = np.array([0.7, -0.4])

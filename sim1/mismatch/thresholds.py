@@ -1,0 +1,56 @@
+"""When a difference counts. What chance alone can do is measured on bundles with nothing missing: `thresholds.yaml`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from sim1.data_file import read_data_file
+from sim1.stage import stage_config
+
+SCHEMA = "sim1.thresholds/1"
+
+
+@stage_config
+class Null:
+    """A bundle in which nothing was missing."""
+
+    seed: int  # of the laboratory
+    gain: float  # nats of the best single effect over the baseline; 0 where none promised anything
+
+
+@stage_config
+class Measured:
+    """Contents of `thresholds.yaml`, written by `sim1 prove --calibrate`."""
+
+    named: float  # that an effect must gain over the baseline, nats
+    named_ci95: tuple[float, float]  # of what the level asks for, by resampling the bundles
+    level: float  # share of bundles with nothing missing that may be given a name
+    code_sha256: str  # of the code that diagnosed them
+    nulls: tuple[Null, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Thresholds:
+    """When a difference counts, in nats of evidence."""
+
+    named: float  # that an effect must gain over the baseline
+    second: float  # that another must gain over the first
+    second_share: float = (
+        0.12  # and in units of the first's gain, as another formula or mesh leaves that much unexplained, ...
+    )
+    margin: float = 8.0  # over the runner-up
+    margin_share: float = 0.002  # and in units of its own gain
+    per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
+    misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
+    # ... unless what the first leaves is an excess of which the second explains so much, as a name must of the baseline's
+    explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
+    left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
+    heldout: float = 1.02  # of the baseline's error on held-out motion that a named model may have
+
+
+def read_thresholds(path: Path) -> Thresholds:
+    """A name and a second one ask for what the file has measured; raises BadInput."""
+    measured = read_data_file(path, Measured, SCHEMA)
+    return Thresholds(named=measured.named, second=measured.named)
+
+
+THRESHOLDS = read_thresholds(Path(__file__).with_name("thresholds.yaml"))

@@ -1,0 +1,71 @@
+"""The threshold of a name, from cases in which nothing was concealed: how much the best effect gains there by chance."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import yaml
+from scipy.stats import CensoredData, gumbel_r
+
+from sim1.mismatch.thresholds import SCHEMA, Measured, Null
+from sim1.proof.score import BASELINE, JOINT, Outcome
+from sim1.stage import BadInput, random_stream
+
+LEVEL = 0.05  # share of bundles with nothing missing that may be given a name
+LEAST = 10  # such bundles; fewer say nothing about one in twenty
+ROUND = 5.0  # nats, upwards
+RESAMPLES = 400
+
+
+def calibrated(outcomes: Sequence[Outcome]) -> Measured:
+    """The gain that the best of all effects exceeds by chance in `LEVEL` of the bundles, and at least the largest one seen.
+
+    The best of many is Gumbel distributed. Bundles in which no effect promised anything are known to lie at 0 or below.
+
+    Raises:
+        BadInput: too few cases with nothing concealed, or diagnosed by different code.
+    """
+    nulls = [outcome for outcome in outcomes if outcome.kind == "null" and outcome.found is not None]
+    if len(nulls) < LEAST:
+        raise BadInput(
+            f"{len(nulls)} cases with nothing concealed are diagnosed, {LEAST} are needed; go on with the campaign"
+        )
+    codes = sorted({outcome.code_sha256 for outcome in nulls})
+    if len(codes) > 1 or any(outcome.code_changed for outcome in nulls):
+        raise BadInput(f"cases were diagnosed by {len(codes)} states of the code; calibrate with a campaign by one")
+    gains = np.array([best_gain(outcome.found.gains) for outcome in nulls])
+    stream = random_stream(0, "calibration")
+    again = [level_of(stream.choice(gains, len(gains))) for _ in range(RESAMPLES)]
+    low, high = np.quantile(again, [0.025, 0.975])
+    wanted = max(level_of(gains), gains.max())
+    return Measured(
+        named=float(ROUND * np.ceil(wanted / ROUND)),
+        named_ci95=(round(float(low), 1), round(float(high), 1)),
+        level=LEVEL,
+        code_sha256=codes[0],
+        nulls=tuple(Null(seed=o.seed, gain=round(float(gain), 1)) for o, gain in zip(nulls, gains, strict=True)),
+    )
+
+
+def best_gain(gains: dict[str, float]) -> float:
+    """Of the models with one effect; 0 where none gained anything."""
+    return max([0.0, *(gain for name, gain in gains.items() if name != BASELINE and JOINT not in name)])
+
+
+def level_of(gains: np.ndarray) -> float:
+    """What is exceeded in `LEVEL` of the cases, by a Gumbel distribution of most likelihood; 0 where nothing ever gained."""
+    seen, none = gains[gains > 0], gains[gains <= 0]
+    if len(np.unique(seen)) < 2:
+        return float(gains.max())
+    place, spread = gumbel_r.fit(CensoredData(uncensored=seen, left=none))
+    return float(gumbel_r.ppf(1 - LEVEL, place, spread))
+
+
+def write_thresholds(path: Path, measured: Measured) -> None:
+    """Write the file that `sim1.mismatch.thresholds` reads."""
+    fields = asdict(measured)
+    fields["nulls"], fields["named_ci95"] = [asdict(null) for null in measured.nulls], list(measured.named_ci95)
+    part = path.with_name(f"{path.name}.part")
+    part.write_text(yaml.safe_dump({"schema": SCHEMA, **fields}, sort_keys=False))
+    part.replace(path)

@@ -1,0 +1,65 @@
+"""The threshold of a name from cases with nothing concealed."""
+
+import numpy as np
+import pytest
+from scipy.stats import gumbel_r
+from test_proof_score import outcome
+
+from sim1.mismatch.thresholds import THRESHOLDS, read_thresholds
+from sim1.proof.calibrate import best_gain, calibrated, level_of, write_thresholds
+from sim1.stage import BadInput
+
+GAINS = gumbel_r.rvs(10.0, 12.0, size=60, random_state=3)
+
+
+def nulls(gains, code="c0de"):
+    made = []
+    for number, gain in enumerate(gains):
+        case = outcome(f"case_{number:03d}", "null", [], "none")
+        found = case.found.model_copy(update={"gains": {"the baseline": 0.0, "wind": float(gain)}})
+        made.append(case.model_copy(update={"found": found, "seed": number, "code_sha256": code}))
+    return made
+
+
+def test_the_level_of_many_gains_is_the_quantile_of_their_distribution_also_where_most_gained_nothing():
+    for place in (10.0, -8.0):  # in the second, three cases of five gain nothing, and say only that
+        gains = np.maximum(gumbel_r.rvs(place, 12.0, size=20_000, random_state=1), 0.0)
+        assert level_of(gains) == pytest.approx(gumbel_r.ppf(0.95, place, 12.0), rel=0.03)
+
+
+def test_no_case_seen_would_be_given_a_name():
+    far = [*np.zeros(15), 3.0, 90.0]
+    assert calibrated(nulls(far)).named >= 90.0
+
+
+def test_the_best_single_effect_counts_not_the_baseline_or_pairs():
+    assert best_gain({"the baseline": 0.0, "wind": 12.0, "slip": 20.0, "slip with wind": 31.0}) == 20.0
+    assert best_gain({"the baseline": 0.0, "wind": -4.0}) == 0.0
+
+
+def test_what_is_written_is_what_a_diagnosis_reads_with_the_seeds_that_made_it(tmp_path):
+    measured = calibrated(nulls(GAINS))
+    write_thresholds(tmp_path / "thresholds.yaml", measured)
+    read = read_thresholds(tmp_path / "thresholds.yaml")
+    assert read.named == read.second == measured.named
+    assert [null.seed for null in measured.nulls] == list(range(60))
+    low, high = measured.named_ci95
+    assert low < gumbel_r.ppf(0.95, 10.0, 12.0) < high
+    assert measured == calibrated(nulls(GAINS))
+
+
+def test_thresholds_in_force_are_at_least_what_the_cases_beside_them_gained():
+    assert THRESHOLDS.named >= 54.5
+
+
+def test_few_cases_or_two_states_of_the_code_are_refused():
+    with pytest.raises(BadInput, match="9 cases with nothing concealed are diagnosed, 10 are needed"):
+        calibrated([*nulls(GAINS[:9]), outcome("case_100", "single", ["wind"], "named", ["wind"])])
+    with pytest.raises(BadInput, match="2 states of the code"):
+        calibrated([*nulls(GAINS[:9]), *nulls(GAINS[9:], "other")])
+
+
+def test_a_damaged_file_is_named(tmp_path):
+    (tmp_path / "thresholds.yaml").write_text("schema: sim1.thresholds/1\nnamed: many\n")
+    with pytest.raises(BadInput, match=r"thresholds\.yaml: .*named is 'many'"):
+        read_thresholds(tmp_path / "thresholds.yaml")
