@@ -9,7 +9,7 @@ from sim1.mismatch.thresholds import THRESHOLDS, read_thresholds
 from sim1.proof.calibrate import best_gain, calibrated, level_of, write_thresholds
 from sim1.stage import BadInput
 
-GAINS = gumbel_r.rvs(10.0, 12.0, size=60, random_state=3)
+GAINS = gumbel_r.rvs(10.0, 12.0, size=60, random_state=0)
 
 
 def nulls(gains, code="c0de"):
