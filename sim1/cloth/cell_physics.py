@@ -6,8 +6,8 @@ from sim1.cloth.effects import acts, effects_of
 from sim1.cloth.physics import ClothPhysics
 
 
-def cell_physics(physics: ClothPhysics) -> tuple[ClothPhysics, tuple[str, ...]]:
-    """The same fabric with the effects that `SolverAVBD` acts alone, and the names of the cloth's effects that it leaves out.
+def cell_physics(physics: ClothPhysics) -> ClothPhysics:
+    """The same fabric with the effects that `SolverAVBD` acts alone.
 
     Effects of the laboratory's rig and cameras are in neither: they are no part of a cell, and its mesh is its own.
 
@@ -20,5 +20,14 @@ def cell_physics(physics: ClothPhysics) -> tuple[ClothPhysics, tuple[str, ...]]:
         for entry, effect in zip(physics.effects, effects, strict=True)
         if acts(type(effect)) and not effect.measured
     )
-    left_out = tuple(effect.name for effect in effects if not acts(type(effect)) and not effect.measured)
-    return replace(physics, effects=kept, mesh={}), left_out
+    return replace(physics, effects=kept, mesh={})
+
+
+def effects_left_out(model: ClothPhysics, cell: ClothPhysics) -> tuple[str, ...]:
+    """Names of the cloth's effects in `model` that `cell` does without; those of rig and cameras are no part of a cell.
+
+    Raises:
+        BadInput: as `cell_physics`.
+    """
+    kept = {entry["name"] for entry in cell.effects}
+    return tuple(effect.name for effect in effects_of(model.effects) if not effect.measured and effect.name not in kept)

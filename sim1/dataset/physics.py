@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from sim1.cloth.cell_physics import cell_physics
+from sim1.cloth.cell_physics import effects_left_out
 from sim1.cloth.physics import CONTACTS, SCALARS, read_physics
 from sim1.stage import BadInput
 
@@ -25,7 +25,7 @@ def known_physics(calibrated: Path | None, mismatch: Path | None) -> dict[str, A
         return None
     path = calibrated / "cell.yaml"
     model = read_physics(path)
-    _, left_out = cell_physics(read_physics(calibrated / "model.yaml"))
+    left_out = effects_left_out(read_physics(calibrated / "model.yaml"), model)
     return {
         "model_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
         "values": {name: getattr(model, name).value for name in SCALARS},

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from sim1.cloth.cell_physics import cell_physics
-from sim1.cloth.physics import write_physics
+from sim1.cloth.cell_physics import cell_physics, effects_left_out
+from sim1.cloth.physics import nominal_from_priors, write_physics
 from sim1.mismatch.diagnose import diagnose
 from sim1.mismatch.findings import draw_pictures, summary_of, verdict_of
 from sim1.mismatch.model_file import physics_of
@@ -14,8 +14,10 @@ from sim1.recording.sufficient import require_for_diagnosis
 from sim1.stage import Facts
 
 
-def write_calibrated(bundle: Path, out: Path) -> Facts:
+def write_calibrated(bundle: Path, out: Path, simulate_with: str) -> Facts:
     """Diagnose a bundle and write what was found.
+
+    `simulate_with` says what the cell simulates: `model`, `baseline` (calibrated, without what was named) or `prior`.
 
     Raises:
         BadInput: the bundle is damaged or cannot support a diagnosis.
@@ -26,10 +28,14 @@ def write_calibrated(bundle: Path, out: Path) -> Facts:
     found = diagnose(given, progress=lambda share, what: report(share, 1.0, what))
     verdict, summary = verdict_of(given, found), summary_of(found)
     model = physics_of(given, found.chosen.fit)
-    acted, left_out = cell_physics(model)
-    write_physics(out / "model.yaml", model)
-    write_physics(out / "baseline.yaml", physics_of(given, found.baseline.fit))
-    write_physics(out / "cell.yaml", acted)
+    baseline = physics_of(given, found.baseline.fit)
+    prior = nominal_from_priors({name: vars(getattr(given.prior, name)) for name in type(given.prior).model_fields})
+    models = {"model": model, "baseline": baseline, "prior": prior}
+    for name, physics in models.items():
+        write_physics(out / f"{name}.yaml", physics)
+    cell = cell_physics(models[simulate_with])
+    write_physics(out / "cell.yaml", cell)
+    left_out = effects_left_out(model, cell)
     write_json(out / "verdict.json", verdict)
     write_json(out / "summary.json", summary)
     draw_pictures(out, given, found)
@@ -37,6 +43,7 @@ def write_calibrated(bundle: Path, out: Path) -> Facts:
     return {
         "verdict": verdict.verdict,
         "effects": ", ".join(summary.effects) or "none",
+        "simulated": simulate_with,
         "effects_not_simulated": ", ".join(left_out) or "none",
         "heldout_recordings": ", ".join(summary.heldout),
         "baseline_heldout_mm": round(1e3 * verdict.rmse_m.baseline.heldout, 3),

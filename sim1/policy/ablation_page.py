@@ -17,7 +17,7 @@ def write_ablation_page(out: Path, rows: Sequence[Row]) -> None:
     few = [row.variant for row in rows if row.trial_count < 30]
     notes = [
         "Pass rate: generated candidates that the filters accepted (without the attempts that "
-        "were disturbed on purpose so that the filters see failures). Success rate: closed-loop trials, in the simulated cell "
+        "were disturbed on purpose so that the filters see failures). Success rate: closed-loop trials, in the stand-in reality (the simulated cell with a concealed fabric, air, friction and finer steps) "
         "with the garment moved at random, of the policies trained at the largest size, all seeds together. "
         "Intervals are 95 % Wilson intervals.",
         "A variant re-derives only what it changes; where it changes nothing before a figure, the figure is the base's own "
@@ -32,7 +32,7 @@ def write_ablation_page(out: Path, rows: Sequence[Row]) -> None:
         notes.append("No variant was materialized: the table holds the base graph alone and compares nothing.")
     stand_ins = [
         "Garment scans may be virtual (made by a depth-camera model), demonstrations come from a scripted expert instead of "
-        "a teleoperator, and the simulated cell plays the real robot.",
+        "a teleoperator, and the stand-in reality is a simulator too; where there are recordings of real cloth, trials are in the cell that made the data.",
         "The paper's columns texture, lighting and viewpoint change pictures or friction; this policy sees joints and garment "
         "keypoints alone, so pictures cannot change its result, and friction was not varied: not measured.",
     ]

@@ -1,4 +1,4 @@
-"""The work of stage `policy`: split, train at several sizes, test on held-out trajectories, drive the simulated cell."""
+"""The work of stage `policy`: split, train at several sizes, test on held-out trajectories, drive a simulated cell."""
 
 import json
 from collections.abc import Sequence
@@ -97,7 +97,12 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         "driving": asdict(driving),
         "training_sets": {str(size): [f"{item.garment}/{item.name}" for item in order[:size]] for size in sizes},
         "trial_duration_s": duration_s,
-        "trials": {"garments": driven, "models": [list(key) for key in chosen], "each": config.trial_count},
+        "trials": {
+            "worlds": sorted({row["world"] for row in tried.rows}),
+            "garments": driven,
+            "models": [list(key) for key in chosen],
+            "each": config.trial_count,
+        },
     }
     (out / "policy.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
     largest = models[sizes[-1], config.seeds[0]]
@@ -111,6 +116,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         "held_out_joint_error_rad": _mean([row["joint_error_rad"] for row in errors if row["size"] == sizes[-1]]),
         "standing_still_joint_error_rad": _mean([row["hold_joint_error_rad"] for row in errors]),
         "trial_garments": ", ".join(driven),
+        "trials_in": ", ".join(sorted({row["world"] for row in tried.rows})) or "none",
         "trial_count": len(tried.rows),
         "success_count": sum(row["success"] for row in tried.rows),
     }

@@ -45,7 +45,7 @@ def draw_trials(strips: Sequence[FilmStrip]) -> Figure:
     """First trial of every model that drove, seen by the head camera (arms not drawn)."""
     columns = max(len(strip.pictures) for strip in strips)
     figure = Figure(figsize=(1.7 * columns, 0.4 + 1.65 * len(strips)), layout="constrained")
-    figure.suptitle("Closed-loop trials in the simulated cell")
+    figure.suptitle("Closed-loop trials, simulated")
     for part, strip in zip(np.atleast_1d(figure.subfigures(len(strips), 1)), strips):
         part.suptitle(strip.title, fontsize=9)
         for axes, time_s, picture in zip(part.subplots(1, columns, squeeze=False)[0], strip.times_s, strip.pictures):

@@ -16,8 +16,9 @@ LEAD = (
 )
 STAND_INS = [
     "Scans of garments that are marked virtual were made by a depth-camera model; the demonstrations behind the generated "
-    "trajectories come from a scripted expert, not from a person; the cell in which the policy is tried is the simulator "
-    "that made the training data, not a robot. A success rate here says nothing yet about a real one.",
+    "trajectories come from a scripted expert, not from a person; the policy is tried in the stand-in "
+    "reality, a simulator too: another fabric, air, friction and finer steps than the training data had, but no robot (where there "
+    "are recordings of real cloth: in the cell that made the data). A success rate here says nothing yet about a real one.",
 ]
 
 

@@ -51,9 +51,7 @@ def draw_success(points: Sequence[Point]) -> Figure:
     for point, x, y in zip(shown, sizes, share):
         axes.annotate(f"{point.success_count} of {point.trial_count}", (x, y), (6, 6), textcoords="offset points")
     _size_axis(axes, sizes)
-    axes.set(
-        ylabel="success (%), 95 % Wilson interval", ylim=(-4, 104), title="Closed-loop success in the simulated cell"
-    )
+    axes.set(ylabel="success (%), 95 % Wilson interval", ylim=(-4, 104), title="Closed-loop success, simulated")
     return figure
 
 

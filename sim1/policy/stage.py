@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import asdict
 from pathlib import Path
+from typing import Literal
 
 from pydantic import Field
 
@@ -12,7 +13,7 @@ from sim1.stage import Facts, Finding, Inputs, only, stage_config
 
 @stage_config
 class PolicyConfig:
-    """Training, and trials in the simulated cell."""
+    """Training, and trials in a simulated cell."""
 
     seed: int = 0  # of the split, the order of the trajectories and the placements of the trials
     sizes: tuple[int, ...] = (2, 4, 8, 16)  # training trajectories; beyond what there is, all there is
@@ -27,6 +28,7 @@ class PolicyConfig:
     chunk_s: float = Field(1.0, gt=0)  # commands predicted at once
     replan_s: float = Field(0.1, gt=0)  # a new chunk that often; at least one frame of the dataset
     ensemble_decay: float = Field(0.1, ge=0)  # weight exp(-decay * age in chunks) of older chunks; large: newest alone
+    trials_in: Literal["reality", "simulator"] = "reality"  # the stand-in, or the cell that made the training data
     trial_count: int = Field(2, ge=0)  # closed-loop trials per garment and model
     evaluate_garment_count: int = Field(1, ge=0)  # in the closed loop, which takes longest
     evaluate_first: tuple[str, ...] = ("towel",)  # preferred for it, where the dataset has them; then by name
@@ -57,7 +59,7 @@ class CostReportConfig:
 
 
 def policy(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
-    """Train one state policy per size and seed, measure its held-out error, let it drive the simulated cell.
+    """Train one state policy per size and seed, measure its held-out error, let it drive a simulated cell.
 
     Raises:
         BadInput: the dataset is damaged, or has no trajectory to train on.

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from sim1.motion.placement import random_placement
 from sim1.policy.model import ChunkPolicy
 from sim1.policy.rollout import Driving, Start, roll_out
 from sim1.policy.stage import PolicyConfig
+from sim1.recording.reality import read_world
 from sim1.robot.expert_task import read_task
 from sim1.scene.description import read_scene
 from sim1.stage import BadInput, Inputs, random_stream
@@ -22,9 +23,11 @@ from sim1.validity.raster import render_head_view
 from sim1.validity.success import judge
 
 TRIAL_COLUMNS = (
-    "size", "seed", "garment", "trial", "success", "failure", "figures", "shift_x_m", "shift_y_m", "turn_rad", "simulated_s",
+    "world", "size", "seed", "garment", "trial", "success", "failure", "figures", "shift_x_m", "shift_y_m", "turn_rad", "simulated_s",
 )  # fmt: skip
 BROKEN = "simulation broke"  # the judge's word for it
+REALITY, SIMULATOR = "stand-in reality", "simulator"
+FINER = 2  # times the simulator's substeps: reality is not resolved by the same steps
 
 type Judge = Callable[[np.ndarray], tuple[bool, str | None, Mapping[str, float]]]
 """Garment over time (T, v, 3) -> success, failure class, figures."""
@@ -34,6 +37,7 @@ type Judge = Callable[[np.ndarray], tuple[bool, str | None, Mapping[str, float]]
 class Bench:
     """A garment's cell, ready for trials."""
 
+    world: str  # REALITY or SIMULATOR
     cell: Any  # sim1.cloth.cell.Cell, or what behaves like it
     start: Start
     judge: Judge
@@ -78,7 +82,7 @@ class Trials:
         strips: list[FilmStrip] = []
         total = len(models) * len(garments) * self.config.trial_count
         for garment in garments if total else ():
-            bench = open_bench(self.inputs, garment)
+            bench = open_bench(self.inputs, garment, self.config.trials_in)
             for (size, seed), model in models.items():
                 for trial in range(self.config.trial_count):
                     what = f"{garment}, policy of {size} trajectories, trial {trial + 1} of {self.config.trial_count}"
@@ -87,7 +91,16 @@ class Trials:
                         progress((done + share) / total, what)
 
                     outcome, history = self._trial(bench, model, garment, keypoints[garment], trial, on_frame)
-                    rows.append({"size": size, "seed": seed, "garment": garment, "trial": trial, **outcome})
+                    rows.append(
+                        {
+                            "world": bench.world,
+                            "size": size,
+                            "seed": seed,
+                            "garment": garment,
+                            "trial": trial,
+                            **outcome,
+                        }
+                    )
                     if trial == 0:
                         told = "success" if outcome["success"] else outcome["failure"]
                         strips.append(film_strip(f"{garment}, {size} trajectories: {told}", history, bench.look))
@@ -140,13 +153,16 @@ def film_strip(title: str, history: np.ndarray, look: Callable[[np.ndarray], np.
     )
 
 
-def open_bench(inputs: Inputs, garment: str) -> Bench:
-    """The simulated cell with a garment as the expert found it, with the same numerics, and the judge of its task.
+def open_bench(inputs: Inputs, garment: str, trials_in: str) -> Bench:
+    """A cell with a garment as the expert found it, and the judge of its task.
+
+    In `reality` the fabric, air and friction are those of the stand-in, which no stage that made training data has seen, at finer
+    steps. Where reality is real cloth, and in `simulator`, it is the cell that the training data come from.
 
     Raises:
         BadInput: an artifact of that garment is missing or damaged.
     """
-    for name in ("garment_mesh", "scene", "calibrated_physics", "seed_demos"):
+    for name in ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality"):
         if garment not in inputs.get(name, {}):
             raise BadInput(f"stage input {name!r}: none for garment {garment!r}; materialize it first")
     mesh = read_garment_mesh(inputs["garment_mesh"][garment])
@@ -173,7 +189,11 @@ def open_bench(inputs: Inputs, garment: str) -> Bench:
     def look(garment_m: np.ndarray) -> np.ndarray:
         return render_head_view(garment_m, mesh.faces, scene, width=160, height=120)
 
-    physics = read_physics(inputs["calibrated_physics"][garment] / "cell.yaml")
+    world = REALITY if trials_in == "reality" and read_world(inputs["reality"][garment]) else SIMULATOR
+    source = "reality" if world == REALITY else "calibrated_physics"
+    physics = read_physics(inputs[source][garment] / "cell.yaml")
+    if world == REALITY:
+        numerics = replace(numerics, substeps=FINER * numerics.substeps)
     cell = Cell(mesh, scene, physics, numerics)
     start = Start(garment_m=garment_m, joints_rad=first.joints_rad[0], openness=first.openness[0])
-    return Bench(cell=cell, start=start, judge=decide, look=look)
+    return Bench(world=world, cell=cell, start=start, judge=decide, look=look)

@@ -7,10 +7,48 @@ from sim1.stage import BadInput, Facts, Finding, Inputs, garment_of, only, rando
 
 
 @stage_config
+class RealityConfig:
+    """What plays reality; where there are recordings of real cloth, nothing is drawn."""
+
+    seed: int = 1  # of the concealed fabric
+    air_probability: float = 0.75  # of still air: an effect that the baseline lacks
+    friction_log_std: float = 0.15  # about what simulations assume; they never learn it
+
+
+def reality(inputs: Inputs, out: Path, config: RealityConfig) -> Facts:
+    """Conceal a fabric: the stand-in lab films it, policies are tried with it, no stage between them sees it.
+
+    Raises:
+        BadInput: the garment file is at fault.
+    """
+    from sim1.recording.reality import write_real, write_stand_in
+    from sim1.scan.garment_file import read_garment_file
+
+    if inputs.get("recordings"):
+        write_real(out)
+        return {"what": "there are recordings of real cloth", "virtual": False}
+    file = read_garment_file(only(inputs, "garment"))
+    settings = (config.seed, config.air_probability, config.friction_log_std)
+    write_stand_in(out, file, garment_of(inputs), *settings)
+    return {"what": "stand-in for reality: a simulated fabric, concealed", "virtual": True}
+
+
+def check_reality(artifact: Path) -> list[Finding]:
+    """The concealed world reads."""
+    from sim1.recording.reality import read_world
+
+    try:
+        world = read_world(artifact)
+    except BadInput as error:
+        return [Finding(name="world_reads", passed=False, detail=str(error))]
+    return [Finding(name="world_reads", passed=True, detail="real cloth" if world is None else "a stand-in")]
+
+
+@stage_config
 class RecordingsConfig:
     """Sizes of the stand-in lab; a bundle in `data/recordings/` uses none of them."""
 
-    seed: int = 1  # of the concealed fabric and of the cameras' noise
+    seed: int = 1  # of the cameras' noise
     side_m: float = 0.3  # square swatch, a usual size of fabric samples
     vertices_per_side: int = 8  # of the bundle's mesh, which the diagnosis refines once; even: the jaws are alike
     lab_vertices_per_side: int = 29  # four lab cells a bundle cell; the diagnosis has two
@@ -21,7 +59,6 @@ class RecordingsConfig:
     noise_std_m: float = 7e-4  # per coordinate; cameras at 2 m resolve 0.3 to 1 mm
     outlier_share: float = 0.005  # of samples with six times the noise
     dropout_share: float = 0.03  # of samples that are occluded, six frames at a time
-    air_probability: float = 0.75  # that the stand-in lab has air: an effect that the baseline lacks
     swings: tuple[str, ...] = ("slow", "fast", "mixed")  # motions; the diagnosis holds one of them out
 
 
@@ -66,8 +103,8 @@ def _stand_in(inputs: Inputs, config: RecordingsConfig):
     import hashlib
 
     from sim1.progress import track
-    from sim1.recording.document import Priors
-    from sim1.recording.lab import SWINGS, Setup, draw_world, record, truth
+    from sim1.recording.lab import SWINGS, Setup, record, truth
+    from sim1.recording.reality import priors_of, read_world
     from sim1.scan.garment_file import read_garment_file
 
     if config.vertices_per_side % 2 or (config.lab_vertices_per_side - 1) % (config.vertices_per_side - 1):
@@ -77,10 +114,10 @@ def _stand_in(inputs: Inputs, config: RecordingsConfig):
         )
     if unknown := sorted(set(config.swings) - set(SWINGS)):
         raise BadInput(f"recordings config: swings {unknown} are unknown; choose from {sorted(SWINGS)}")
-    fabric = read_garment_file(only(inputs, "garment")).fabric
-    priors = Priors.model_validate({name: vars(getattr(fabric, name)) for name in Priors.model_fields})
-    garment = garment_of(inputs)
-    world = draw_world(priors, config.air_probability, random_stream(config.seed, garment, "fabric"))
+    priors = priors_of(read_garment_file(only(inputs, "garment")))
+    garment, world = garment_of(inputs), read_world(only(inputs, "reality"))
+    if world is None:
+        raise BadInput("recordings: reality is real and there is no bundle to copy; make reality again")
     sizes = {name: getattr(config, name) for name in Setup.__dataclass_fields__}
     bundle = record(
         priors,

@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 import yaml
 
-from sim1.cloth.cell_physics import cell_physics
+from sim1.cloth.cell_physics import cell_physics, effects_left_out
 from sim1.cloth.effects import AirDrag, acted_effects
 from sim1.cloth.physics import (
     ClothPhysics,
@@ -81,7 +81,8 @@ def test_the_cell_gets_the_same_fabric_with_what_it_acts_and_is_told_what_it_lac
         for name, key in (("clock_offset", "offset"), ("air_drag", "c_normal"), ("adhesion", "pressure"))
     )
     physics = replace(nominal_from_priors(FABRIC), effects=entries)
-    acted, left_out = cell_physics(physics)
+    acted = cell_physics(physics)
     assert acted == replace(physics, effects=entries[1:2])
-    assert left_out == ("adhesion",)
+    assert effects_left_out(physics, acted) == ("adhesion",)
+    assert effects_left_out(physics, nominal_from_priors(FABRIC)) == ("air_drag", "adhesion")
     assert acted_effects(acted.effects) == (AirDrag(c_normal=1.0),)

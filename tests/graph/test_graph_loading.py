@@ -16,6 +16,7 @@ STAGES = [
     "scan",
     "garment_mesh",
     "scene",
+    "reality",
     "recordings",
     "calibrated_physics",
     "mismatch_report",

@@ -14,6 +14,8 @@ def test_one_moved_vertex_of_the_towel_re_derives_its_chain_and_the_joint_artifa
         row["run"] = "toy_stages:ingest" if row["name"] == "scan" else "toy_stages:work"
     (project.root / "pipeline" / "stages.yaml").write_text(yaml.safe_dump(source))
     shutil.copy(REPOSITORY / "pipeline" / "ablations.yaml", project.root / "pipeline")
+    for name in ("study", "paper"):  # ablations name them
+        (project.root / "pipeline" / "profiles" / f"{name}.yaml").write_text("{}\n")
     data = project.root / "data"
     for name in ("tasks/towel.yaml", "tasks/shirt.yaml", "robot/arm.urdf", "environment/table.yaml", "prices.yaml"):
         (data / name).parent.mkdir(exist_ok=True)

@@ -21,7 +21,7 @@ from sim1.mismatch.stage import (
 from sim1.mismatch.verdict import read_verdict
 from sim1.recording.document import Priors
 from sim1.recording.lab import draw_world
-from sim1.recording.stage import RecordingsConfig, recordings
+from sim1.recording.stage import RealityConfig, RecordingsConfig, reality, recordings
 from sim1.stage import BadInput, random_stream
 
 FABRIC = {
@@ -49,11 +49,13 @@ def run(folder: Path, air: float, seed: int, sizes: dict):
     garment.write_text(
         yaml.safe_dump({"schema": "sim1.garment/1", "title": "Cloth", "units": "m", "openings": 1, "fabric": FABRIC})
     )
-    places = {name: folder / name for name in ("recordings", "calibrated_physics", "mismatch_report")}
+    places = {name: folder / name for name in ("reality", "recordings", "calibrated_physics", "mismatch_report")}
     for place in places.values():
         place.mkdir()
-    config = RecordingsConfig(**sizes, air_probability=air, seed=seed)
-    recordings({"garment": {"cloth": garment}}, places["recordings"], config)
+    source = {"garment": {"cloth": garment}}
+    reality(source, places["reality"], RealityConfig(air_probability=air, seed=seed))
+    given = {**source, "reality": {"cloth": places["reality"]}}
+    recordings(given, places["recordings"], RecordingsConfig(**sizes, seed=seed))
     bare = folder / "bundle_alone"  # a diagnosis never sees where the bundle came from
     bare.mkdir()
     (bare / "bundle").symlink_to(places["recordings"] / "bundle")

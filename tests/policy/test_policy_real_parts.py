@@ -17,7 +17,8 @@ from sim1.dataset.stage import DatasetConfig, dataset
 from sim1.episode import RATE_HZ, Episode, write_episode
 from sim1.policy.episodes import read_keypoints, read_rate_hz, read_trajectories
 from sim1.policy.stage import PolicyConfig, check_policy, policy
-from sim1.policy.trials import open_bench
+from sim1.policy.trials import REALITY, SIMULATOR, open_bench
+from sim1.recording.stage import RealityConfig, reality
 from sim1.scene.stage import SceneConfig, scene
 from sim1.stage import BadInput
 
@@ -48,7 +49,7 @@ def episode(number: int) -> Episode:
 def inputs(tmp_path_factory):
     """Every input of the stage, made by the stages that make it, but for painted frames and arms that only wave."""
     folder = tmp_path_factory.mktemp("parts")
-    names = ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "rendered", "dataset")
+    names = ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality", "rendered", "dataset")
     place = {name: folder / name for name in names}
     for path in place.values():
         path.mkdir()
@@ -65,6 +66,8 @@ def inputs(tmp_path_factory):
     scene({name: {"towel": path} for name, path in needs.items()}, place["scene"], SceneConfig())
     fabric = yaml.safe_load((ROOT / "data" / "garments" / "towel.yaml").read_text())["fabric"]
     write_physics(place["calibrated_physics"] / "cell.yaml", nominal_from_priors(fabric))
+    source = {"garment": {"towel": ROOT / "data" / "garments" / "towel.yaml"}}
+    reality(source, place["reality"], RealityConfig(air_probability=1.0))
     task = yaml.safe_load((ROOT / "data" / "tasks" / "towel.yaml").read_text())
     (place["seed_demos"] / "task.json").write_text(json.dumps(task))
     np.savez(place["seed_demos"] / "start.npz", garment_m=episode(0).garment_m[0])
@@ -76,7 +79,8 @@ def inputs(tmp_path_factory):
         for appearance in range(2):
             paint_clip(clip / f"v{appearance}", shade=40 + 50 * number + 20 * appearance)
     dataset({"rendered_episodes": {"towel": place["rendered"]}}, place["dataset"], DatasetConfig())
-    given = {name: {"towel": place[name]} for name in ("garment_mesh", "scene", "calibrated_physics", "seed_demos")}
+    stages = ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality")
+    given = {name: {"towel": place[name]} for name in stages}
     return {**given, "dataset": {"": place["dataset"]}}
 
 
@@ -107,9 +111,24 @@ def test_what_lerobot_wrote_is_what_the_policy_reads(inputs):
 
 
 def test_trials_run_with_the_numerics_of_the_demonstrations(inputs):
-    bench = open_bench(inputs, "towel")
+    bench = open_bench(inputs, "towel", "simulator")
     assert (bench.cell.config.substeps, bench.cell.config.iterations) == (4, 3)
     np.testing.assert_array_equal(bench.start.joints_rad, episode(0).joints_rad[0])
+
+
+def test_in_the_stand_in_reality_the_fabric_the_air_and_the_steps_are_others(inputs):
+    trained, real = (open_bench(inputs, "towel", world) for world in ("simulator", "reality"))
+    assert (trained.world, real.world) == (SIMULATOR, REALITY)
+    assert real.cell.config.substeps == 2 * trained.cell.config.substeps
+    assert [effect["name"] for effect in real.cell.physics.effects] == ["air_drag"]
+    values = [bench.cell.physics.stretch_n_m.value for bench in (trained, real)]
+    assert abs(np.log(values[0] / values[1])) > 0.02
+
+
+def test_where_reality_is_real_cloth_trials_are_in_the_simulator_and_say_so(inputs, tmp_path):
+    bundle = {"recordings": {"towel": tmp_path}, "garment": {"towel": tmp_path}}
+    reality(bundle, tmp_path, RealityConfig())
+    assert open_bench({**inputs, "reality": {"towel": tmp_path}}, "towel", "reality").world == SIMULATOR
 
 
 def test_demonstrations_that_hide_their_numerics_are_named(tmp_path, inputs):
@@ -120,7 +139,7 @@ def test_demonstrations_that_hide_their_numerics_are_named(tmp_path, inputs):
     del about["cell"]
     path.write_text(json.dumps(about))
     with pytest.raises(BadInput, match=r"episodes/0000/episode\.json.*settings of the cell"):
-        open_bench({**inputs, "seed_demos": {"towel": demos}}, "towel")
+        open_bench({**inputs, "seed_demos": {"towel": demos}}, "towel", "simulator")
 
 
 def test_a_policy_drives_the_simulated_cell_and_is_judged(tmp_path, inputs):

@@ -22,7 +22,7 @@ from sim1.policy.stage import (
     scaling_report,
 )
 from sim1.policy.training import TrainingPlan, train
-from sim1.policy.trials import BROKEN, Bench
+from sim1.policy.trials import BROKEN, SIMULATOR, Bench
 from sim1.progress import listening
 from sim1.stage import BadInput
 
@@ -77,7 +77,7 @@ def bench(monkeypatch):
     def judge(history):
         return False, "not_folded", {"frames": len(history)}
 
-    bench = Bench(cell=ObedientCell(), start=start(), judge=judge, look=look)
+    bench = Bench(world=SIMULATOR, cell=ObedientCell(), start=start(), judge=judge, look=look)
     monkeypatch.setattr(sim1.policy.trials, "open_bench", lambda *_: bench)
     return bench
 
@@ -144,7 +144,13 @@ def test_progress_rises_from_nothing_to_all(tmp_path, dataset, bench):
 
 
 def test_a_simulation_that_breaks_is_a_failure_with_its_own_class(tmp_path, dataset, monkeypatch):
-    bench = Bench(cell=ObedientCell(breaks_at=5), start=start(), judge=lambda history: (True, None, {}), look=look)
+    bench = Bench(
+        world=SIMULATOR,
+        cell=ObedientCell(breaks_at=5),
+        start=start(),
+        judge=lambda history: (True, None, {}),
+        look=look,
+    )
     monkeypatch.setattr(sim1.policy.trials, "open_bench", lambda *_: bench)
     (tmp_path / "p").mkdir()
     policy({"dataset": {"": dataset.path}}, tmp_path / "p", CONFIG)
@@ -162,7 +168,9 @@ def test_the_judge_sees_the_garment_as_if_it_had_not_been_moved(tmp_path, datase
         return True, None, {}
 
     monkeypatch.setattr(
-        sim1.policy.trials, "open_bench", lambda *_: Bench(cell=ObedientCell(), start=start(), judge=judge, look=look)
+        sim1.policy.trials,
+        "open_bench",
+        lambda *_: Bench(world=SIMULATOR, cell=ObedientCell(), start=start(), judge=judge, look=look),
     )
     (tmp_path / "p").mkdir()
     policy({"dataset": {"": dataset.path}}, tmp_path / "p", CONFIG)
@@ -210,7 +218,7 @@ def test_a_dataset_of_nothing_to_train_on_is_refused(tmp_path, dataset):
 
 def test_a_garment_without_its_cell_is_named(tmp_path, dataset):
     with pytest.raises(BadInput, match=r"'garment_mesh'.*'towel'"):
-        sim1.policy.trials.open_bench({"dataset": {"": dataset.path}}, "towel")
+        sim1.policy.trials.open_bench({"dataset": {"": dataset.path}}, "towel", "reality")
 
 
 class FollowingCell(ObedientCell):
