@@ -35,7 +35,7 @@ def generate(
     home, graph = open_home(None)
     folder = asked or home.root / "build" / "generated" / garment
     try:
-        inputs, nodes, versions = _given(home, graph, garment, variant)
+        inputs, nodes, versions = given(home, graph, garment, variant)
         from assets_defs._config import config_of
         from sim1.motion.algorithm import generate_until
 
@@ -51,7 +51,7 @@ def generate(
     _print(rows, target, time.monotonic() - began, home.relative(str(folder)))
 
 
-def _given(
+def given(
     home, graph, garment: str, variant: str | None
 ) -> tuple[dict[str, dict[str, Path]], list[Any], dict[str, str]]:
     """Inputs of both stages, their nodes, and the data version of each input.

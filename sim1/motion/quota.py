@@ -33,7 +33,7 @@ class Quota:
     series: Series
     run_count: int  # attempts that run, at least; draws out of the arms' reach do not
     target: int  # with fewer that count among them, more are made ...
-    counted: Literal["success", "accepted"]  # ... where this says what counts
+    counted: str  # ... where this key of a row, success or accepted, says what counts
     run_limit: int  # ... up to this many that run
     try_limit: int  # and never more than this, run or not
 
