@@ -15,8 +15,9 @@ from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
 from sim1.cloth.garment import GarmentMesh, read_garment_mesh
 from sim1.cloth.physics import read_physics
 from sim1.episode import Episode, episode_folders, read_episode, read_start, write_episode
-from sim1.motion.assembly import Attempt, Source, Variation, attempt
+from sim1.motion.assembly import Attempt, Source, attempt
 from sim1.motion.commands import Arms
+from sim1.motion.joining import Variation
 from sim1.motion.model import MotionModel, read_model
 from sim1.motion.pictures import draw_attempts
 from sim1.motion.placement import unplaced

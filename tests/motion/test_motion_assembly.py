@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from motion_synthetic import a_demo
 
-from sim1.motion.assembly import Source, Variation, attempt, skeleton
+from sim1.motion.assembly import Source, attempt
 from sim1.motion.commands import Arms
 from sim1.motion.durations import DurationModel
 from sim1.motion.generation import wants_more
+from sim1.motion.joining import Variation, skeleton
 from sim1.motion.model import MotionModel
 from sim1.motion.placement import planar
 from sim1.motion.poses import ToolPath
