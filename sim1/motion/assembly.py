@@ -44,6 +44,7 @@ class Source:
     garment_m: dict[str, np.ndarray]  # demo -> (T, v, 3)
     home_rad: np.ndarray  # (2, 6) joints at the start of a demonstration
     home_openness: np.ndarray  # (2,)
+    first_openness: np.ndarray  # (2,) first command of a demonstration: it opens for the grasp before it moves
     cell: Any = None  # sim1.cloth.cell.CellConfig of the demonstrations
 
 
@@ -118,7 +119,7 @@ def attempt(
     placement = draw.placement
     cell.reset(source.start_m @ placement[:3, :3].T + placement[:3, 3], source.home_rad, source.home_openness)
     recorder = _Recorder(cell)
-    follower = Follower(arms, recorder, source.home_rad, source.home_openness)
+    follower = Follower(arms, recorder, source.home_rad, source.first_openness)
     sources: list[dict[str, Any]] = []
 
     def lay(part: Segment) -> Laid:
@@ -132,7 +133,8 @@ def attempt(
 
     failure, detail = None, ""
     try:
-        carry_out(follower, segments, draw.picked, lay, model, variation.settle_s, lambda: rng)
+        home = arms.tool_path(source.home_rad[None], source.home_openness[None])
+        carry_out(follower, segments, draw.picked, lay, home, model, variation.settle_s, lambda: rng)
     except Unreachable as error:
         failure, detail = "unreachable", str(error)
     except Refused as error:

@@ -177,6 +177,7 @@ def read_source(demos: Path) -> Source:
         garment_m={name: episode.garment_m for name, episode in episodes.items()},
         home_rad=first.joints_rad[0],
         home_openness=first.openness[0],
+        first_openness=first.command_openness[0],
         cell=_cell_config(demos, first),
     )
 

@@ -17,7 +17,7 @@ from sim1.motion.model import MotionModel, sliced, transition
 from sim1.motion.placement import planar, random_placement
 from sim1.motion.pool import Segment, by_demo
 from sim1.motion.poses import ToolPath, joined
-from sim1.motion.transitions import recent
+from sim1.motion.transitions import coming, recent
 from sim1.robot.kinematics import Unreachable
 
 BRIDGE_STEPS = 5  # of MimicGen's straight line to a slice
@@ -96,15 +96,16 @@ def drawn(segments: list[Segment], centre_m: np.ndarray, variation: Variation, r
 
 def carry_out(
     follower: Follower, segments: list[Segment], picked: list[Segment], lay: Callable[[Segment], Laid],
-    model: MotionModel, settle_s: float, stream: Callable[[], np.random.Generator],
+    home: ToolPath, model: MotionModel, settle_s: float, stream: Callable[[], np.random.Generator],
 ) -> None:  # fmt: skip
-    """From where `follower` stands through all interactions, back there, and a rest.
+    """From where `follower` stands through all interactions to `home`, and a rest.
 
     Args:
         follower: commands the arms.
         segments: the pool, to slice from.
         picked: interactions in the order of the task.
         lay: says where an interaction is to happen, asked when its turn comes.
+        home: one frame, where the path ends.
         model: makes the transitions.
         settle_s: rest at the end.
         stream: randomness of the next transition.
@@ -113,12 +114,11 @@ def carry_out(
         Unreachable: a pose is out of the arms' reach.
         Refused: a joint would move too fast, or there is no motion to slice.
     """
-    home = follower.trace[-1:]
     for part in picked:
         laid = lay(part)
         follower.go(model, laid.path, lambda start, steps, laid=laid: _slice(segments, laid, start, steps), stream())
         follower.follow(laid.path, "interacting")
-    follower.go(model, joined(home, home), lambda start, steps: _slice(segments, None, start, steps), stream())
+    follower.go(model, home, lambda start, steps: _slice(segments, None, start, steps), stream())
     if model.method != "slicing":  # a slice ends where its demonstration ended
         follower.follow(home, "moving")
     follower.rest(round(settle_s * RATE_HZ))
@@ -135,13 +135,14 @@ class Follower:
     def go(self, model: MotionModel, target: ToolPath, slice_from: Callable[[ToolPath, int], ToolPath], rng: np.random.Generator) -> None:  # fmt: skip
         """Move to the first frame of `target`, which itself is not commanded yet."""
         history, start = recent(self.trace), self.trace[-1:]
-        velocity = target.position_m[1] - target.position_m[0]
-        steps = BRIDGE_STEPS if model.method == "slicing" else model.durations.sample_steps(start, target[:1], rng)
+        steps = (
+            BRIDGE_STEPS if model.method == "slicing" else model.durations.sample_steps(history, coming(target), rng)
+        )
         for trial in range(TRANSITION_TRIALS):
             if model.method == "slicing":
                 path = slice_from(start, steps)[1:]
             else:
-                path = transition(model, history, target[:1], velocity, steps, rng)[1:-1]
+                path = transition(model, history, coming(target), steps, rng)[1:-1]
             try:
                 joints = self.arms.joints_for(path, self.joints_rad)
             except Unreachable:

@@ -38,10 +38,20 @@ class Plan:
         """First frame of every span but the first: there two parts meet."""
         return [after.start for _, after in pairwise(self.spans)]
 
-    @property
-    def transitions(self) -> list[Span]:
-        """The generated parts."""
-        return [span for span in self.spans if span.kind == "moving"]
+    def segments(self, name: str) -> list[Segment]:
+        """The parts as if they had been cut from a demonstration `name`; grasps are not known."""
+        result: list[Segment] = []
+        for number, span in enumerate(self.spans):
+            frames = slice(span.start, span.end)
+            order = sum(before.kind == span.kind for before in self.spans[:number])
+            result.append(
+                Segment(
+                    segment=number, demo=name, kind=span.kind, order=order, start_frame=span.start, end_frame=span.end,
+                    grasp_left=-1, grasp_right=-1, success=True, garment="", joints_rad=self.joints_rad[frames],
+                    path=self.path[frames],
+                )
+            )  # fmt: skip
+        return result
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,9 +106,10 @@ def planned(
         stream: randomness of the next transition.
     """
     sheet = _Sheet()
-    follower = Follower(arms, sheet, source.home_rad, source.home_openness)
+    follower = Follower(arms, sheet, source.home_rad, source.first_openness)
+    home = arms.tool_path(source.home_rad[None], source.home_openness[None])
     try:
-        carry_out(follower, segments, draw.picked, lay, model, settle_s, stream)
+        carry_out(follower, segments, draw.picked, lay, home, model, settle_s, stream)
     except Unreachable as error:
         return NoPlan(failure="unreachable", detail=str(error))
     except Refused as error:

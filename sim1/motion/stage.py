@@ -28,13 +28,14 @@ class MotionModelConfig:
     seed: int = 0  # initial weights, examples, noise
     method: Literal["diffusion", "minimum_jerk", "slicing"] = "diffusion"  # the others are baselines
     width: int = Field(64, ge=16, multiple_of=4)  # of the transformer
-    layer_count: int = Field(3, ge=1)
+    layer_count: int = Field(2, ge=1)
     token_count: int = Field(32, ge=8)  # even phases of a transition
-    mode_count: int = Field(10, ge=1)  # sines kept of a sampled residual: about 2.5 Hz over a two-second transition
+    mode_count: int = Field(12, ge=1)  # sines kept of a sampled residual: about 3 Hz over a two-second transition
+    shape_count: int = Field(20, ge=1, le=32)  # principal shapes of the residuals that a sample may be made of
     bank_count: int = Field(600, ge=32)  # random variations of the demonstrated transitions
-    step_count: int = Field(500, ge=1)  # optimizer steps, about 15 ms each on one core
-    batch_size: int = Field(32, ge=2)
-    learning_rate: float = Field(2e-3, gt=0)
+    step_count: int = Field(1000, ge=1)  # optimizer steps, about 10 ms each on one core
+    batch_size: int = Field(16, ge=2)
+    learning_rate: float = Field(4e-3, gt=0)
     sampling_steps: int = Field(16, ge=2)  # of DDIM
 
 

@@ -74,6 +74,7 @@ def demonstrated(arms):
         garment_m={name: np.repeat(start[None], frames, axis=0) for name in ("0000", "0001")},
         home_rad=HOME,
         home_openness=np.ones(2),
+        first_openness=np.ones(2),
     )
     return segments, source
 
@@ -82,7 +83,7 @@ def a_model(method="minimum_jerk", rest_s=1.0):
     durations = DurationModel(rest_s=rest_s, s_per_m=1.0, s_per_rad=0.3, log_std=0.1)
     return MotionModel(
         method=method, durations=durations, network=None, scale=np.ones(20), width=64, layer_count=3, token_count=32,
-        mode_count=10, sampling_steps=16,
+        mode_count=10, shape_count=20, sampling_steps=16,
     )  # fmt: skip
 
 
