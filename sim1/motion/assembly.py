@@ -13,6 +13,7 @@ import numpy as np
 
 from sim1.episode import RATE_HZ, Episode
 from sim1.motion.commands import Arms
+from sim1.motion.home import Home
 from sim1.motion.joining import Follower, Laid, Refused, Variation, carry_out, drawn
 from sim1.motion.model import MotionModel
 from sim1.motion.placement import fitted_placement, grasp_weight
@@ -40,11 +41,8 @@ class Cell(Protocol):
 class Source:
     """What the demonstrations give beside their segments."""
 
-    start_m: np.ndarray  # (v, 3) garment settled on the table before anything moves
+    home: Home
     garment_m: dict[str, np.ndarray]  # demo -> (T, v, 3)
-    home_rad: np.ndarray  # (2, 6) joints at the start of a demonstration
-    home_openness: np.ndarray  # (2,)
-    first_openness: np.ndarray  # (2,) first command of a demonstration: it opens for the grasp before it moves
     cell: Any = None  # sim1.cloth.cell.CellConfig of the demonstrations
 
 
@@ -115,26 +113,27 @@ def attempt(
         rng: this attempt's own stream.
         broken: what the cell raises when its state is no longer physical.
     """
-    draw = drawn(segments, source.start_m.mean(axis=0), variation, rng)
+    home = source.home
+    draw = drawn(segments, home.start_m.mean(axis=0), variation, rng)
     placement = draw.placement
-    cell.reset(source.start_m @ placement[:3, :3].T + placement[:3, 3], source.home_rad, source.home_openness)
+    cell.reset(home.start_m @ placement[:3, :3].T + placement[:3, 3], home.joints_rad, home.openness)
     recorder = _Recorder(cell)
-    follower = Follower(arms, recorder, source.home_rad, source.first_openness)
+    follower = Follower(arms, recorder, home.joints_rad, home.first_openness)
     sources: list[dict[str, Any]] = []
 
     def lay(part: Segment) -> Laid:
         before = source.garment_m[part.demo][part.start_frame]
         weight = grasp_weight(before, part.grasps, GRASP_REACH_M)
         now = fitted_placement(before, np.asarray(cell.garment_m, float), weight)
-        target, (turn_share, lean) = reachable(part.path, draw.offset @ now, arms, part.joints_rad[0])
+        target, (turn_share, lean), _ = reachable(part.path, draw.offset @ now, arms, part.joints_rad[0])
         about = {"segment": part.segment, "demo": part.demo, "order": part.order}
         sources.append(about | {"turn_share": turn_share, "lean_rad": lean})
         return Laid(part=part, placement=now, path=target)
 
     failure, detail = None, ""
     try:
-        home = arms.tool_path(source.home_rad[None], source.home_openness[None])
-        carry_out(follower, segments, draw.picked, lay, home, model, variation.settle_s, lambda: rng)
+        end = arms.tool_path(home.joints_rad[None], home.openness[None])
+        carry_out(follower, segments, draw.picked, lay, end, model, variation.settle_s, lambda: rng)
     except Unreachable as error:
         failure, detail = "unreachable", str(error)
     except Refused as error:

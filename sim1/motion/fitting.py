@@ -52,7 +52,6 @@ def fit_model(pool: Path, garment: str, config: MotionModelConfig, out: Path) ->
         width=config.width,
         layer_count=config.layer_count,
         token_count=config.token_count,
-        mode_count=config.mode_count,
         shape_count=config.shape_count,
         sampling_steps=config.sampling_steps,
     )

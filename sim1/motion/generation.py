@@ -14,9 +14,10 @@ import torch
 from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
 from sim1.cloth.garment import GarmentMesh, read_garment_mesh
 from sim1.cloth.physics import read_physics
-from sim1.episode import Episode, episode_folders, read_episode, read_start, write_episode
+from sim1.episode import Episode, read_episode, read_start, write_episode
 from sim1.motion.assembly import Attempt, Source, attempt
 from sim1.motion.commands import Arms
+from sim1.motion.home import demo_folders, home_of
 from sim1.motion.joining import Variation
 from sim1.motion.model import MotionModel, read_model
 from sim1.motion.pictures import draw_attempts
@@ -104,7 +105,7 @@ def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, 
             ends.append(end)
     report(total, total, "candidates")
     pd.DataFrame(rows).to_parquet(out / "attempts.parquet", index=False)
-    draw_attempts(out / "attempts.png", rows, ends, source.start_m)
+    draw_attempts(out / "attempts.png", rows, ends, source.home.start_m)
     return _facts(rows)
 
 
@@ -145,7 +146,7 @@ class _Bench:
         )
         stream = random_stream(config.seed, self.garment, "candidate", number)
         made = attempt(self.pool, self.source, self.model, self.arms, self.cell, variation, stream, SimulationBroke)
-        verdict = _judged(number, perturbed, made, self.source.start_m, self.mesh.faces, self.task)
+        verdict = _judged(number, perturbed, made, self.source.home.start_m, self.mesh.faces, self.task)
         if made.episode is None:
             return verdict.row(), None
         folder = self.out / "episodes" / f"{number:04d}"
@@ -167,17 +168,11 @@ def read_source(demos: Path) -> Source:
     Raises:
         BadInput: a file is missing or damaged.
     """
-    start = read_start(demos)
-    episodes = {folder.name: read_episode(folder) for folder in episode_folders(demos)}
-    if not episodes:
-        raise BadInput(f"{demos}/episodes: no demonstration; make seed_demos again")
+    episodes = {folder.name: read_episode(folder) for folder in demo_folders(demos)}
     first = next(iter(episodes.values()))
     return Source(
-        start_m=start,
+        home=home_of(read_start(demos), first),
         garment_m={name: episode.garment_m for name, episode in episodes.items()},
-        home_rad=first.joints_rad[0],
-        home_openness=first.openness[0],
-        first_openness=first.command_openness[0],
         cell=_cell_config(demos, first),
     )
 

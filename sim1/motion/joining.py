@@ -58,6 +58,7 @@ class Laid:
     part: Segment
     placement: np.ndarray  # (4, 4) motion of the garment since the demonstration
     path: ToolPath  # in reach
+    joints_rad: np.ndarray | None = None  # (n, 2, 6) that follow it, where they are known
 
 
 class Taker(Protocol):
@@ -96,16 +97,16 @@ def drawn(segments: list[Segment], centre_m: np.ndarray, variation: Variation, r
 
 def carry_out(
     follower: Follower, segments: list[Segment], picked: list[Segment], lay: Callable[[Segment], Laid],
-    home: ToolPath, model: MotionModel, settle_s: float, stream: Callable[[], np.random.Generator],
+    end: ToolPath, model: MotionModel, settle_s: float, stream: Callable[[], np.random.Generator],
 ) -> None:  # fmt: skip
-    """From where `follower` stands through all interactions to `home`, and a rest.
+    """From where `follower` stands through all interactions to `end`, and a rest.
 
     Args:
         follower: commands the arms.
         segments: the pool, to slice from.
         picked: interactions in the order of the task.
         lay: says where an interaction is to happen, asked when its turn comes.
-        home: one frame, where the path ends.
+        end: one frame, where the path ends.
         model: makes the transitions.
         settle_s: rest at the end.
         stream: randomness of the next transition.
@@ -117,10 +118,10 @@ def carry_out(
     for part in picked:
         laid = lay(part)
         follower.go(model, laid.path, lambda start, steps, laid=laid: _slice(segments, laid, start, steps), stream())
-        follower.follow(laid.path, "interacting")
-    follower.go(model, home, lambda start, steps: _slice(segments, None, start, steps), stream())
+        follower.follow(laid.path, "interacting", laid.joints_rad)
+    follower.go(model, end, lambda start, steps: _slice(segments, None, start, steps), stream())
     if model.method != "slicing":  # a slice ends where its demonstration ended
-        follower.follow(home, "moving")
+        follower.follow(end, "moving")
     follower.rest(round(settle_s * RATE_HZ))
 
 
@@ -155,9 +156,9 @@ class Follower:
             steps = int(np.ceil(1.05 * share * steps))  # what asks too much of a joint is given more time
         self._run(path, joints, share, "moving")
 
-    def follow(self, path: ToolPath, kind: str) -> None:
-        """Command a path as it is."""
-        joints = self.arms.joints_for(path, self.joints_rad)
+    def follow(self, path: ToolPath, kind: str, joints_rad: np.ndarray | None = None) -> None:
+        """Command a path as it is, with the joints that are known to follow it or else with those that are found."""
+        joints = self.arms.joints_for(path, self.joints_rad) if joints_rad is None else joints_rad
         self._run(path, joints, self.arms.speed_share(joints, self.joints_rad), kind)
 
     def rest(self, frames: int) -> None:

@@ -12,7 +12,7 @@ from sim1.motion.durations import DurationModel
 from sim1.motion.interpolant import ENDS, interpolate, slerp
 from sim1.motion.network import MotionTransformer, inner_mask, signal_and_noise
 from sim1.motion.poses import ToolPath, joined, to_tokens, turned_tokens
-from sim1.motion.residual import assemble, to_modes
+from sim1.motion.residual import assemble
 from sim1.motion.transitions import outlook
 from sim1.network_file import load_weights, read_network, write_network
 
@@ -30,15 +30,14 @@ class MotionModel:
     width: int
     layer_count: int
     token_count: int
-    mode_count: int
     shape_count: int
     sampling_steps: int
 
 
-def sample_modes(
+def sample_residual(
     model: MotionModel, base: np.ndarray, history: np.ndarray, after: np.ndarray, steps: int, rng: np.random.Generator
 ) -> np.ndarray:
-    """Residual modes (mode_count, 20) by deterministic DDIM from random noise.
+    """Residual (token_count, 20) by deterministic DDIM from random noise.
 
     Args:
         model: with a network.
@@ -66,7 +65,7 @@ def sample_modes(
     shapes = model.network.shapes.double().numpy()
     sampled = state[0].double().numpy()
     sampled = (shapes.T @ (shapes @ sampled.ravel())).reshape(sampled.shape)
-    return to_modes(sampled * model.scale, model.mode_count)
+    return sampled * inner.numpy() * model.scale
 
 
 def transition(
@@ -87,8 +86,8 @@ def transition(
     frame = outlook(history[-1:], after[:1])
     back = np.linalg.inv(frame)
     base = interpolate(before, after, np.linspace(0, 1, model.token_count), steps)
-    modes = sample_modes(model, *(to_tokens(part.moved(back)) for part in (base, history, after)), steps, rng)
-    return assemble(before, after, turned_tokens(modes, frame[:3, :3]), steps + 1)
+    residual = sample_residual(model, *(to_tokens(part.moved(back)) for part in (base, history, after)), steps, rng)
+    return assemble(before, after, turned_tokens(residual, frame[:3, :3]), steps + 1)
 
 
 def sliced(source: ToolPath, placement: np.ndarray, start: ToolPath, bridge_steps: int) -> ToolPath:
@@ -123,7 +122,7 @@ def _durations(about: dict[str, Any]) -> DurationModel:
     return DurationModel(**about | {"examples": tuple(tuple(row) for row in about["examples"])})
 
 
-_SIZES = ("width", "layer_count", "token_count", "mode_count", "shape_count", "sampling_steps")
+_SIZES = ("width", "layer_count", "token_count", "shape_count", "sampling_steps")
 
 
 def read_model(folder: Path) -> MotionModel:

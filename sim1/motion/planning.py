@@ -12,8 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from sim1.motion.assembly import Source
 from sim1.motion.commands import Arms
+from sim1.motion.home import Home
 from sim1.motion.joining import Draw, Follower, Laid, Refused, carry_out
 from sim1.motion.model import MotionModel
 from sim1.motion.pool import Segment
@@ -82,22 +82,22 @@ def laid_as_placed(draw: Draw, arms: Arms) -> Callable[[Segment], Laid]:
 
     def lay(part: Segment) -> Laid:
         if part.segment not in known:
-            path, _ = reachable(part.path, draw.offset @ draw.placement, arms, part.joints_rad[0])
-            known[part.segment] = Laid(part=part, placement=draw.placement, path=path)
+            path, _, joints = reachable(part.path, draw.offset @ draw.placement, arms, part.joints_rad[0])
+            known[part.segment] = Laid(part=part, placement=draw.placement, path=path, joints_rad=joints)
         return known[part.segment]
 
     return lay
 
 
 def planned(
-    segments: list[Segment], source: Source, draw: Draw, lay: Callable[[Segment], Laid], model: MotionModel, arms: Arms,
+    segments: list[Segment], home: Home, draw: Draw, lay: Callable[[Segment], Laid], model: MotionModel, arms: Arms,
     settle_s: float, stream: Callable[[], np.random.Generator],
 ) -> Plan | NoPlan:  # fmt: skip
     """Carry out a draw on paper.
 
     Args:
         segments: the pool.
-        source: where the arms start.
+        home: where the arms start and end.
         draw: interactions and placement.
         lay: of `laid_as_placed`, which plans of the same draw may share.
         model: makes the transitions.
@@ -106,10 +106,10 @@ def planned(
         stream: randomness of the next transition.
     """
     sheet = _Sheet()
-    follower = Follower(arms, sheet, source.home_rad, source.first_openness)
-    home = arms.tool_path(source.home_rad[None], source.home_openness[None])
+    follower = Follower(arms, sheet, home.joints_rad, home.first_openness)
+    end = arms.tool_path(home.joints_rad[None], home.openness[None])
     try:
-        carry_out(follower, segments, draw.picked, lay, home, model, settle_s, stream)
+        carry_out(follower, segments, draw.picked, lay, end, model, settle_s, stream)
     except Unreachable as error:
         return NoPlan(failure="unreachable", detail=str(error))
     except Refused as error:

@@ -9,7 +9,7 @@ from sim1.motion.interpolant import interpolate, minimum_jerk, quintic_weights, 
 from sim1.motion.likeness.joins import steps_at
 from sim1.motion.placement import fitted_placement, planar, random_placement
 from sim1.motion.poses import ToolPath, from_tokens, joined, rotation_from_6d, rotation_to_6d, to_tokens, turned_tokens
-from sim1.motion.residual import assemble, residual_of, sine_modes, to_modes
+from sim1.motion.residual import assemble, residual_of
 from sim1.motion.transitions import coming
 
 PHASE = np.linspace(0, 1, 101)
@@ -77,8 +77,9 @@ def neighbours(pool):
 
 def test_boundary_poses_are_met_to_the_last_bit(pool):
     before, _, after = neighbours(pool)
-    modes = np.random.default_rng(0).normal(0, 0.05, (10, 20))
-    made = assemble(before, after, modes, 37)
+    residual = np.random.default_rng(0).normal(0, 0.05, (10, 20))
+    residual[[0, -1]] = 0
+    made = assemble(before, after, residual, 37)
     for name in ("position_m", "rotation", "openness"):
         assert (getattr(made, name)[0] == getattr(before, name)[-1]).all()
         assert (getattr(made, name)[-1] == getattr(after, name)[0]).all()
@@ -89,8 +90,8 @@ def test_residual_and_interpolant_make_up_the_demonstration(pool):
     before, path, after = neighbours(pool)
     residual, _ = residual_of(before, path, after, 32)
     assert (residual[[0, -1]] == 0).all()
-    made = assemble(before, after, to_modes(residual, 10), len(path))
-    assert np.abs(made.position_m - path.position_m).max() < 0.002
+    made = assemble(before, after, residual, len(path))
+    assert np.abs(made.position_m - path.position_m).max() < 2e-4
 
 
 def test_a_path_goes_on_with_the_speed_acceleration_and_turning_of_its_neighbours():
@@ -134,22 +135,13 @@ def test_turned_tokens_are_those_of_a_turned_path(pool):
     np.testing.assert_allclose(turned_tokens(to_tokens(path), turn[:3, :3]), to_tokens(path.moved(turn)), atol=1e-12)
 
 
-def test_the_projection_keeps_modes_and_removes_shaking():
-    coefficients = np.random.default_rng(2).normal(size=(10, 3))
-    phase = np.linspace(0, 1, 32)
-    smooth = sine_modes(phase, 10) @ coefficients
-    np.testing.assert_allclose(to_modes(smooth, 10), coefficients, atol=1e-9)
-    shaking = sine_modes(phase, 25)[:, 20:] @ np.ones((5, 3))
-    left = sine_modes(phase, 10) @ to_modes(shaking, 10)
-    assert np.abs(left).max() < 0.05 * np.abs(shaking).max()
-
-
-def test_modes_change_neither_pose_nor_speed_nor_acceleration_at_the_ends():
-    phase = np.linspace(0, 1, 10_001)
-    modes = sine_modes(phase, 10)
-    assert (modes[[0, -1]] == 0).all()
-    assert np.abs(np.diff(modes, axis=0)[[0, -1]] / phase[1]).max() < 0.05  # of slopes up to 30 in between
-    assert np.abs(np.diff(modes, 2, axis=0)[[0, -1]] / phase[1] ** 2).max() < 0.5  # of curvatures up to 1000
+def test_a_residual_changes_neither_pose_nor_speed_at_the_ends(pool):
+    before, _, after = neighbours(pool)
+    residual = 0.02 * np.sin(np.pi * np.linspace(0, 1, 32))[:, None] ** 2 * np.ones(20)
+    made, plain = (assemble(before, after, part, 1001) for part in (residual, 0 * residual))
+    added = made.position_m - plain.position_m
+    assert np.abs(added).max() == pytest.approx(0.02, rel=0.01)
+    assert np.abs(added[[1, -2]]).max() * 1000 < 0.001  # of slopes up to 0.06 in between
 
 
 def test_a_garments_placement_is_recovered_from_its_vertices():
