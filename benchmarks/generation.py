@@ -44,8 +44,8 @@ class Clock:
 
 def steps_of(inputs: Any, garment: str, config: Any) -> tuple[dict[str, float], float, int]:
     """Processor seconds of each step over some attempts, all of them together, and how many ran."""
-    import sim1.motion.assembly as assembly
     import sim1.motion.bench as bench_module
+    import sim1.motion.joining as joining
     from sim1.motion.bench import Bench
     from sim1.motion.commands import Arms
     from sim1.motion.quota import Ticket
@@ -54,7 +54,7 @@ def steps_of(inputs: Any, garment: str, config: Any) -> tuple[dict[str, float], 
     wrapped = [
         (bench.cell, "step", "simulation"),
         (Arms, "joints_for", "inverse kinematics"),
-        (assembly, "transition", "diffusion"),
+        (joining, "transition", "diffusion"),
         (bench_module, "judge", "judge"),
         (bench_module, "head_clip", "video"),
     ]

@@ -13,9 +13,11 @@ import torch
 from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
 from sim1.cloth.garment import GarmentMesh, read_garment_mesh
 from sim1.cloth.physics import read_physics
-from sim1.episode import Episode, episode_folders, read_episode, read_start, write_episode
-from sim1.motion.assembly import Attempt, Source, Variation, attempt
+from sim1.episode import Episode, read_episode, read_start, write_episode
+from sim1.motion.assembly import Attempt, Source, attempt
 from sim1.motion.commands import Arms
+from sim1.motion.home import demo_folders, home_of
+from sim1.motion.joining import Variation
 from sim1.motion.model import MotionModel, read_model
 from sim1.motion.placement import unplaced
 from sim1.motion.pool import Segment, read_pool
@@ -128,7 +130,7 @@ class Bench:
     def _judged(self, made: Attempt) -> tuple[bool, str | None, dict[str, float | None]]:
         if made.failure is not None or made.episode is None:
             return False, made.failure, {}
-        judgement = judge(unplaced(made.episode.garment_m, self.source.start_m), self.mesh.faces, self.task)
+        judgement = judge(unplaced(made.episode.garment_m, self.source.home.start_m), self.mesh.faces, self.task)
         seen = in_view_share(made.episode.garment_m, self.scene)
         failure = judgement.failure or ("out of view" if seen < IN_VIEW_LEAST else None)
         figures = {name: float(value) for name, value in sorted({**judgement.figures, "in_view_share": seen}.items())}
@@ -142,16 +144,11 @@ def read_source(demos: Path) -> Source:
     Raises:
         BadInput: a file is missing or damaged.
     """
-    start = read_start(demos)
-    episodes = {folder.name: read_episode(folder) for folder in episode_folders(demos)}
-    if not episodes:
-        raise BadInput(f"{demos}/episodes: no demonstration; make seed_demos again")
+    episodes = {folder.name: read_episode(folder) for folder in demo_folders(demos)}
     first = next(iter(episodes.values()))
     return Source(
-        start_m=start,
+        home=home_of(read_start(demos), first),
         garment_m={name: episode.garment_m for name, episode in episodes.items()},
-        home_rad=first.joints_rad[0],
-        home_openness=first.openness[0],
         cell=_cell_config(demos, first),
     )
 

@@ -43,13 +43,16 @@ def fit_model(pool: Path, garment: str, config: MotionModelConfig, out: Path) ->
         trained, scale = _train(transitions, config, rng)
     model = MotionModel(
         method=config.method,
-        durations=fitted_durations([item.path for item in transitions]),
+        durations=fitted_durations(
+            [(item.history, item.after) for item in transitions],
+            [(len(item.path) - 1) / RATE_HZ for item in transitions],
+        ),
         network=trained.network if trained else None,
         scale=scale,
         width=config.width,
         layer_count=config.layer_count,
         token_count=config.token_count,
-        mode_count=config.mode_count,
+        shape_count=config.shape_count,
         sampling_steps=config.sampling_steps,
     )
     write_model(out, model)
@@ -72,6 +75,7 @@ def _train(transitions: list[Transition], config: MotionModelConfig, rng: np.ran
         scale,
         width=config.width,
         layer_count=config.layer_count,
+        shape_count=config.shape_count,
         step_count=config.step_count,
         batch_size=config.batch_size,
         learning_rate=config.learning_rate,
@@ -110,9 +114,8 @@ def _measured(model: MotionModel, transitions: list[Transition], rng: np.random.
 def _sample(model: MotionModel, item: Transition, rng: np.random.Generator) -> ToolPath:
     if model.method == "slicing":
         return sliced(item.path, np.eye(4), item.path[:1], 1)
-    velocity = item.path.position_m[-1] - item.path.position_m[-2]
-    steps = model.durations.sample_steps(item.path[:1], item.path[-1:], rng)
-    return transition(model, item.history, item.path[-1:], velocity, steps, rng)
+    steps = model.durations.sample_steps(item.history, item.after, rng)
+    return transition(model, item.history, item.after, steps, rng)
 
 
 def _boundary_error(given: ToolPath, sample: ToolPath) -> float:

@@ -1,9 +1,17 @@
-"""The path without character between two poses: minimum jerk for positions, SLERP for rotations."""
+"""The path without character between two motions: minimum jerk for positions, SLERP for rotations, smooth at both joins.
+
+Velocity of the tools goes on through the whole path (the boundary rates of the quintic). What is left to match, accelerations and
+turning, is matched within BLEND_S of the ends: measured over three frames it is too uncertain to shape the whole way.
+"""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from sim1.episode import RATE_HZ
 from sim1.motion.poses import ToolPath
+
+ENDS = 3  # frames on either side that a transition goes on from and into
+BLEND_S = 0.8  # within which it takes over their acceleration and turning
 
 
 def minimum_jerk(
@@ -38,25 +46,79 @@ def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:
     return start @ Rotation.from_rotvec(share[:, None] * turn).as_matrix()
 
 
-def interpolate(
-    start: ToolPath, end: ToolPath, phase: np.ndarray, start_rate: np.ndarray, end_rate: np.ndarray
-) -> ToolPath:
-    """Both tools from a pose to another; the ends are met exactly.
+def quintic_weights(phase: np.ndarray, steps: int) -> np.ndarray:
+    """(n, 2 * ENDS) shares, at each phase, of frames that a quintic goes through: ENDS up to phase 0, ENDS from phase 1.
+
+    Of all paths through these frames it has the smallest sum of squared third differences (its sixth ones vanish), which is
+    minimum jerk in discrete time.
 
     Args:
-        start: one frame.
-        end: one frame.
-        phase: (n,) from 0 to 1.
-        start_rate: (2, 3) velocity at the start [m per unit of phase].
-        end_rate: (2, 3) velocity at the end [m per unit of phase].
+        phase: (n,)
+        steps: frame steps from phase 0 to phase 1.
     """
+    ahead = np.arange(ENDS) / steps
+    nodes = np.concatenate([-ahead[::-1], 1 + ahead])
+    result = np.empty((len(phase), len(nodes)))
+    for index, node in enumerate(nodes):
+        others = np.delete(nodes, index)
+        result[:, index] = np.prod((phase[:, None] - others) / (node - others), axis=1)
+    return result
+
+
+def interpolate(before: ToolPath, after: ToolPath, phase: np.ndarray, steps: int) -> ToolPath:
+    """Both tools from a motion to another; the boundary poses are met exactly.
+
+    Args:
+        before: ENDS frames, the last one is the start pose.
+        after: ENDS frames, the first one is the end pose.
+        phase: (n,) from 0 to 1.
+        steps: frame steps from start pose to end pose.
+    """
+    plain = _plain(before, after, phase, steps)
+    ahead = np.arange(1, ENDS) / steps
+    into = _local(phase, steps) @ _missing(_plain(before, after, -ahead[::-1], steps), before[:-1])
+    out = _local(1 - phase, steps) @ _missing(_plain(before, after, 1 + ahead[::-1], steps), after[:0:-1])
+    added = (into + out).reshape(len(phase), 2, 7)
+    path = ToolPath(
+        position_m=plain.position_m + added[..., :3],
+        rotation=plain.rotation @ _rotations(added[..., 3:6]),
+        openness=np.clip(plain.openness + added[..., 6], 0, 1),
+    )
+    return _with_exact_ends(path, before[-1:], after[:1], phase)
+
+
+def _plain(before: ToolPath, after: ToolPath, phase: np.ndarray, steps: int) -> ToolPath:
+    """Minimum jerk with the speeds of the neighbours; phases outside [0, 1] go on with the same polynomials."""
     still = np.zeros(())
     share = minimum_jerk(np.zeros(()), np.ones(()), phase, still, still)
-    arms = [slerp(start.rotation[0, arm], end.rotation[0, arm], share) for arm in range(2)]
-    openness = start.openness[0] + share[:, None] * (end.openness[0] - start.openness[0])
-    position = minimum_jerk(start.position_m[0], end.position_m[0], phase, start_rate, end_rate)
-    path = ToolPath(position_m=position, rotation=np.stack(arms, axis=1), openness=openness)
-    return _with_exact_ends(path, start, end, phase)
+    start_rate = (before.position_m[-1] - before.position_m[-2]) * steps
+    end_rate = (after.position_m[1] - after.position_m[0]) * steps
+    turned = [slerp(before.rotation[-1, arm], after.rotation[0, arm], share) for arm in range(2)]
+    return ToolPath(
+        position_m=minimum_jerk(before.position_m[-1], after.position_m[0], phase, start_rate, end_rate),
+        rotation=np.stack(turned, axis=1),
+        openness=before.openness[-1] + share[:, None] * (after.openness[0] - before.openness[-1]),
+    )
+
+
+def _missing(plain: ToolPath, given: ToolPath) -> np.ndarray:
+    """(ENDS - 1, 14) what frames of a neighbour have beyond the plain path: metres, rotation vectors, openness."""
+    turn = Rotation.from_matrix((plain.rotation.swapaxes(-1, -2) @ given.rotation).reshape(-1, 3, 3)).as_rotvec()
+    parts = [
+        given.position_m - plain.position_m, turn.reshape(-1, 2, 3), (given.openness - plain.openness)[..., None]
+    ]  # fmt: skip
+    return np.concatenate(parts, axis=-1).reshape(len(given), -1)
+
+
+def _local(phase: np.ndarray, steps: int) -> np.ndarray:
+    """(n, ENDS - 1) shares of what is missing in the frames before phase 0, which fade within BLEND_S."""
+    length = min(round(BLEND_S * RATE_HZ), steps // 2)
+    local = phase * steps / length
+    return quintic_weights(local, length)[:, : ENDS - 1] * (local < 1)[:, None]
+
+
+def _rotations(vectors: np.ndarray) -> np.ndarray:
+    return Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix().reshape(*vectors.shape, 3)
 
 
 def straight(start: ToolPath, end: ToolPath, steps: int) -> ToolPath:

@@ -9,13 +9,14 @@ import numpy as np
 import torch
 
 from sim1.motion.durations import DurationModel
-from sim1.motion.interpolant import interpolate, straight
+from sim1.motion.interpolant import ENDS, interpolate, straight
 from sim1.motion.network import MotionTransformer, inner_mask, signal_and_noise
-from sim1.motion.poses import ToolPath, joined, to_tokens
-from sim1.motion.residual import assemble, to_modes
+from sim1.motion.poses import ToolPath, joined, to_tokens, turned_tokens
+from sim1.motion.residual import assemble
+from sim1.motion.transitions import outlook
 from sim1.network_file import load_weights, read_network, write_network
 
-SCHEMA = "sim1.motion-model/1"
+SCHEMA = "sim1.motion-model/2"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,60 +30,66 @@ class MotionModel:
     width: int
     layer_count: int
     token_count: int
-    mode_count: int
+    shape_count: int
     sampling_steps: int
 
 
-def sample_modes(model: MotionModel, base: np.ndarray, history: np.ndarray, steps: int, rng: np.random.Generator) -> np.ndarray:  # fmt: skip
-    """Residual modes (mode_count, 20) by deterministic DDIM from random noise.
+def sample_residual(
+    model: MotionModel, base: np.ndarray, history: np.ndarray, after: np.ndarray, steps: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Residual (token_count, 20) by deterministic DDIM from random noise.
 
     Args:
         model: with a network.
         base: (token_count, 20) interpolant.
         history: (HISTORY_COUNT, 20)
+        after: (ENDS, 20)
         steps: duration in frame steps.
         rng: gives the noise.
     """
     assert model.network is not None
-    context = [torch.as_tensor(part, dtype=torch.float32)[None] for part in (base, history)]
+    context = [torch.as_tensor(part, dtype=torch.float32)[None] for part in (base, history, after)]
     length = torch.tensor([float(steps)])
     inner = inner_mask(model.token_count)
     state = torch.as_tensor(rng.standard_normal((1, *base.shape)), dtype=torch.float32) * inner
     levels = np.linspace(1, 0, model.sampling_steps + 1)
     with torch.no_grad():
-        for now, after in pairwise(levels.tolist()):
+        for now, then in pairwise(levels.tolist()):
             level = torch.full((1, model.token_count), float(now)) * inner[:, 0]
             clean = model.network(state, level, *context, length)
             signal, spread = signal_and_noise(torch.tensor(float(now)))
-            next_signal, next_spread = signal_and_noise(torch.tensor(float(after)))
+            next_signal, next_spread = signal_and_noise(torch.tensor(float(then)))
             direction = (state - signal * clean) / spread
             state = (next_signal * clean + next_spread * direction) * inner
-    return to_modes(state[0].double().numpy() * model.scale, model.mode_count)
+    # What the sampler adds beside the shapes that demonstrations take is noise.
+    shapes = model.network.shapes.double().numpy()
+    sampled = state[0].double().numpy()
+    sampled = (shapes.T @ (shapes @ sampled.ravel())).reshape(sampled.shape)
+    return sampled * inner.numpy() * model.scale
 
 
 def transition(
-    model: MotionModel, history: ToolPath, end: ToolPath, end_velocity: np.ndarray, steps: int, rng: np.random.Generator
+    model: MotionModel, history: ToolPath, after: ToolPath, steps: int, rng: np.random.Generator
 ) -> ToolPath:
-    """Frames from the last pose of `history` to `end`, both included and exact: steps + 1 of them.
+    """Frames from the last pose of `history` to the first of `after`, both included and exact: steps + 1 of them.
 
     Args:
         model: of any method but `slicing`.
         history: (HISTORY_COUNT) frames, the last one is the start pose.
-        end: one frame.
-        end_velocity: (2, 3) of the tools when they arrive [m per frame step].
+        after: (ENDS) frames that follow, the first one is the end pose.
         steps: duration in frame steps, from `model.durations`.
         rng: gives the noise.
     """
-    start = history[-1:]
-    start_rate = (history.position_m[-1] - history.position_m[-2]) * steps
-    end_rate = end_velocity * steps
+    before = history[-ENDS:]
     if model.method == "straight":
-        return straight(start, end, steps)
+        return straight(history[-1:], after[:1], steps)
     if model.method == "minimum_jerk":
-        return interpolate(start, end, np.linspace(0, 1, steps + 1), start_rate, end_rate)
-    base = interpolate(start, end, np.linspace(0, 1, model.token_count), start_rate, end_rate)
-    modes = sample_modes(model, to_tokens(base), to_tokens(history), steps, rng)
-    return assemble(start, end, start_rate, end_rate, modes, steps + 1)
+        return interpolate(before, after, np.linspace(0, 1, steps + 1), steps)
+    frame = outlook(history[-1:], after[:1])
+    back = np.linalg.inv(frame)
+    base = interpolate(before, after, np.linspace(0, 1, model.token_count), steps)
+    residual = sample_residual(model, *(to_tokens(part.moved(back)) for part in (base, history, after)), steps, rng)
+    return assemble(before, after, turned_tokens(residual, frame[:3, :3]), steps + 1)
 
 
 def sliced(source: ToolPath, placement: np.ndarray, start: ToolPath, bridge_steps: int) -> ToolPath:
@@ -107,7 +114,11 @@ def write_model(folder: Path, model: MotionModel) -> None:
     write_network(folder, model.network, about)
 
 
-_SIZES = ("width", "layer_count", "token_count", "mode_count", "sampling_steps")
+def _durations(about: dict[str, Any]) -> DurationModel:
+    return DurationModel(**about | {"examples": tuple(tuple(row) for row in about["examples"])})
+
+
+_SIZES = ("width", "layer_count", "token_count", "shape_count", "sampling_steps")
 
 
 def read_model(folder: Path) -> MotionModel:
@@ -121,10 +132,11 @@ def read_model(folder: Path) -> MotionModel:
         network = None
         if about["method"] == "diffusion":
             network = load_weights(
-                MotionTransformer(about["width"], about["layer_count"], about["token_count"]), weights
+                MotionTransformer(about["width"], about["layer_count"], about["token_count"], about["shape_count"]),
+                weights,
             )
         return MotionModel(
-            method=about["method"], durations=DurationModel(**about["durations"]), network=network,
+            method=about["method"], durations=_durations(about["durations"]), network=network,
             scale=np.array(about["scale"]), **{name: about[name] for name in _SIZES},
         )  # fmt: skip
 

@@ -102,3 +102,11 @@ def from_tokens(tokens: np.ndarray) -> ToolPath:
     return ToolPath(
         position_m=arms[..., :3], rotation=rotation_from_6d(arms[..., 3:9]), openness=np.clip(arms[..., 9], 0, 1)
     )
+
+
+def turned_tokens(tokens: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """Tokens (n, 20), or differences of them, seen in a frame that `rotation` (3, 3) takes back: vectors are turned."""
+    arms = tokens.reshape(len(tokens), 2, TOKEN_SIZE // 2).copy()
+    vectors = arms[..., :9].reshape(len(tokens), 2, 3, 3)  # position and two columns of the rotation
+    arms[..., :9] = (vectors @ rotation.T).reshape(len(tokens), 2, 9)
+    return arms.reshape(len(tokens), TOKEN_SIZE)

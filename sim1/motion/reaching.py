@@ -20,8 +20,8 @@ FINGER_HALF_WIDTH_M = 0.011  # the lower edge of a leaning finger is what touche
 
 def reachable(
     path: ToolPath, placement: np.ndarray, arms: Arms, start_rad: np.ndarray
-) -> tuple[ToolPath, tuple[float, float]]:
-    """The path moved by `placement` with the first change that both arms can follow, and that change.
+) -> tuple[ToolPath, tuple[float, float], np.ndarray]:
+    """The path moved by `placement` with the first change that both arms can follow, that change, and joints (n, 2, 6).
 
     Args:
         path: as demonstrated.
@@ -36,11 +36,11 @@ def reachable(
     for change in CHANGES:
         moved = changed(path, placement, *change)
         try:
-            arms.joints_for(moved, start_rad)
+            joints = arms.joints_for(moved, start_rad)
         except Unreachable as error:
             problem = problem or error
             continue
-        return moved, change
+        return moved, change, joints
     assert problem is not None
     raise problem
 

@@ -1,4 +1,4 @@
-"""Stages of the motion room: segment_pool, motion_model, candidate_trajectories."""
+"""Stages of the motion room: segment_pool, motion_model, motion_likeness, candidate_trajectories."""
 
 import json
 from pathlib import Path
@@ -28,14 +28,31 @@ class MotionModelConfig:
     seed: int = 0  # initial weights, examples, noise
     method: Literal["diffusion", "minimum_jerk", "straight", "slicing"] = "diffusion"  # the others are baselines
     width: int = Field(64, ge=16, multiple_of=4)  # of the transformer
-    layer_count: int = Field(3, ge=1)
+    layer_count: int = Field(2, ge=1)
     token_count: int = Field(32, ge=8)  # even phases of a transition
-    mode_count: int = Field(10, ge=1)  # sines kept of a sampled residual: about 2.5 Hz over a two-second transition
+    shape_count: int = Field(32, ge=1, le=128)  # principal shapes of the residuals that a sample may be made of
     bank_count: int = Field(600, ge=32)  # random variations of the demonstrated transitions
-    step_count: int = Field(500, ge=1)  # optimizer steps, about 15 ms each on one core
-    batch_size: int = Field(32, ge=2)
-    learning_rate: float = Field(2e-3, gt=0)
+    step_count: int = Field(1000, ge=1)  # optimizer steps, about 10 ms each on one core
+    batch_size: int = Field(16, ge=2)
+    learning_rate: float = Field(4e-3, gt=0)
     sampling_steps: int = Field(16, ge=2)  # of DDIM
+
+
+@stage_config
+class MotionLikenessConfig:
+    """How many paths are planned to be compared with the demonstrations."""
+
+    seed: int = (
+        0  # path i draws from its own stream of (seed, garment, i), transition by transition, whatever the method
+    )
+    path_count: int = Field(24, ge=1)  # by each method, with the garment where the demonstrations found it
+    moved_count: int = Field(6, ge=0)  # by each method, with the garment moved
+    tries_per_path: int = Field(4, ge=1)  # a draw out of the arms' reach is drawn again
+    radius_m: float = Field(0.05, ge=0)  # moved garment: translation within this disc, as in candidate_trajectories
+    angle_deg: float = Field(15.0, ge=0)  # moved garment: rotation up to this
+    settle_s: float = Field(0.7, ge=0)  # rest at the end
+    permutation_count: int = Field(500, ge=20)  # relabellings behind the p-value of the mean discrepancy
+    split_count: int = Field(10, ge=1)  # random halves of the demonstrations that show what chance looks like
 
 
 @stage_config
@@ -118,6 +135,20 @@ def check_motion_model(artifact: Path) -> list[Finding]:
             )
         )
     return findings
+
+
+def motion_likeness(inputs: Inputs, out: Path, config: MotionLikenessConfig) -> Facts:
+    """Plan paths without simulation and measure how like the demonstrations' their transitions are."""
+    from sim1.motion.likeness.measuring import measure
+
+    return measure(inputs, garment_of(inputs), config, out)
+
+
+def check_motion_likeness(artifact: Path) -> list[Finding]:
+    """Figures are numbers or say why not; limits of likeness are warnings."""
+    from sim1.motion.likeness.checking import findings
+
+    return findings(artifact)
 
 
 def candidate_trajectories(inputs: Inputs, out: Path, config: CandidateTrajectoriesConfig) -> Facts:

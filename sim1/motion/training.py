@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from sim1.motion.network import MotionTransformer, inner_mask, signal_and_noise
-from sim1.motion.transitions import Bank
+from sim1.motion.transitions import Bank, principal_shapes
 from sim1.progress import track
 
 EMA_DECAY = 0.99
@@ -26,14 +26,16 @@ class Trained:
 
 
 def train(
-    bank: Bank, held_out: Bank | None, scale: np.ndarray, *, width: int, layer_count: int, step_count: int,
-    batch_size: int, learning_rate: float, rng: np.random.Generator,
+    bank: Bank, held_out: Bank | None, scale: np.ndarray, *, width: int, layer_count: int, shape_count: int,
+    step_count: int, batch_size: int, learning_rate: float, rng: np.random.Generator,
 ) -> Trained:  # fmt: skip
     """Minimise the squared error of the clean residual over random noise levels, one per token."""
     torch.manual_seed(int(rng.integers(2**31)))
     noise = torch.Generator().manual_seed(int(rng.integers(2**31)))
     data = tensors(bank, scale)
-    network = MotionTransformer(width, layer_count, bank.residual.shape[1])
+    shapes = principal_shapes(bank.residual, scale, shape_count)
+    network = MotionTransformer(width, layer_count, bank.residual.shape[1], len(shapes))
+    network.shapes.copy_(torch.as_tensor(shapes))
     average = copy.deepcopy(network)
     optimizer = torch.optim.AdamW(network.parameters(), lr=learning_rate, weight_decay=1e-4)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, learning_rate, total_steps=step_count, pct_start=0.1)
@@ -68,19 +70,19 @@ def train(
 
 
 def tensors(bank: Bank, scale: np.ndarray) -> list[Tensor]:
-    """Residual in units of `scale`, interpolant, history and steps as float32."""
-    parts = (bank.residual / scale, bank.base, bank.history, bank.steps)
+    """Residual in units of `scale`, interpolant, history, what comes after and steps as float32."""
+    parts = (bank.residual / scale, bank.base, bank.history, bank.after, bank.steps)
     return [torch.as_tensor(part, dtype=torch.float32) for part in parts]
 
 
 def denoising_loss(network: MotionTransformer, batch: list[Tensor], noise: torch.Generator) -> Tensor:
     """Mean squared error over inner tokens; half of the batch shares one noise level, half has one per token."""
-    clean, base, history, steps = batch
+    clean, *context = batch
     count, token_count = clean.shape[:2]
     level = torch.rand(count, token_count, generator=noise)
     shared = torch.arange(count) < count // 2
     level = torch.where(shared[:, None], level[:, :1], level) * inner_mask(token_count)[:, 0]
     signal, spread = signal_and_noise(level)
     noisy = signal[..., None] * clean + spread[..., None] * torch.randn(clean.shape, generator=noise)
-    predicted = network(noisy, level, base, history, steps)
+    predicted = network(noisy, level, *context)
     return ((predicted - clean)[:, 1:-1] ** 2).mean()

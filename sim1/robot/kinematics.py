@@ -90,13 +90,10 @@ class Arm:
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Velocity of the tool (rows: linear m/s, then angular rad/s, base frame) by joint speed, (6, 6), at `q` (6,)."""
         frames = self._frames(np.asarray(q, float))
-        tip = frames[-1][:3, 3]
-        columns = []
-        for frame, joint in zip(frames, self.chain, strict=True):
-            if joint.kind != "fixed":
-                axis = frame[:3, :3] @ joint.axis
-                columns.append(np.concatenate([np.cross(axis, tip - frame[:3, 3]), axis]))
-        return np.array(columns).T
+        moving = [(frame, joint.axis) for frame, joint in zip(frames, self.chain, strict=True) if joint.kind != "fixed"]
+        axes = np.stack([frame[:3, :3] @ axis for frame, axis in moving])
+        arms = frames[-1][:3, 3] - np.stack([frame[:3, 3] for frame, _ in moving])
+        return np.concatenate([np.cross(axes, arms), axes], axis=1).T
 
     def inverse(
         self,

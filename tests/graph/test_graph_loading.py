@@ -23,6 +23,7 @@ STAGES = [
     "seed_demos",
     "segment_pool",
     "motion_model",
+    "motion_likeness",
     "candidate_trajectories",
     "state_rules",
     "video_discriminator",

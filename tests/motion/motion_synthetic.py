@@ -1,11 +1,21 @@
 """Synthetic demonstrations: two tools that travel, close on a sheet, lift it, open and go home."""
 
+from pathlib import Path
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from sim1.motion.commands import Arms
+from sim1.motion.durations import DurationModel
+from sim1.motion.model import MotionModel
 from sim1.motion.pool import Segment
 from sim1.motion.poses import ToolPath
+from sim1.robot.kinematics import Arm
 
+URDF = Path(__file__).parents[2] / "data" / "robot" / "robot.urdf"
+HOME = np.array([[0.0, 0.6, 0.6, -0.9, 0.0, 0.0]] * 2)  # joints of both arms
+BASES = np.stack([np.eye(4)] * 2)
+BASES[:, :3, 3] = [[-0.36, 0.27, 0.15], [-0.36, -0.27, 0.15]]
 FRAMES = {"reach": 40, "hold": 45, "back": 35}
 
 
@@ -57,4 +67,38 @@ def a_demo(name: str, rng: np.random.Generator, first: int, success: bool = True
         )  # fmt: skip
         orders[kind] += 1
         frame += len(path)
+    return segments
+
+
+def two_arms() -> Arms:
+    return Arms(arm=Arm.from_urdf(URDF), bases_to_world=BASES)
+
+
+def a_model(method="minimum_jerk", rest_s=1.0) -> MotionModel:
+    """A model that needs no training."""
+    durations = DurationModel(rest_s=rest_s, s_per_m=1.0, s_per_rad=0.3, log_std=0.1)
+    return MotionModel(
+        method=method, durations=durations, network=None, scale=np.ones(20), width=64, layer_count=3, token_count=32,
+        shape_count=20, sampling_steps=16,
+    )  # fmt: skip
+
+
+def reaching_demos(arms: Arms, count: int) -> list[Segment]:
+    """Demonstrations within reach: out and down on an arch, a pull by 5 cm, back home; no two are alike."""
+    rng = np.random.default_rng(11)
+    home = arms.tool_path(HOME[None], np.ones((1, 2)))
+    segments: list[Segment] = []
+    for index in range(count):
+        grasp = home.position_m[0] + np.array([0.06, 0.0, -0.08]) + rng.normal(0, 0.004, (2, 3))
+        drop, arch = grasp + np.array([-0.05, 0.0, 0.02]), 0.03 + 0.004 * rng.standard_normal()
+        ways = [(home.position_m[0], grasp, arch), (grasp, drop, 0.01), (drop, home.position_m[0], arch)]
+        for part, (start, end, height) in zip(a_demo(f"{index:04d}", rng, 3 * index), ways, strict=True):
+            frames = len(part.path)
+            path = ToolPath(
+                position_m=curved(start, end, frames, height),
+                rotation=np.repeat(home.rotation, frames, axis=0),
+                openness=part.path.openness,
+            )
+            joints = arms.joints_for(path, HOME)
+            segments.append(part.__class__(**{**part.__dict__, "path": path, "joints_rad": joints}))
     return segments

@@ -1,22 +1,16 @@
-from pathlib import Path
-
 import numpy as np
 import pytest
-from motion_synthetic import a_demo
+from motion_synthetic import HOME, a_demo, a_model
 
-from sim1.motion.assembly import Source, Variation, attempt, skeleton
-from sim1.motion.commands import Arms
-from sim1.motion.durations import DurationModel
+from sim1.motion.assembly import attempt
 from sim1.motion.generation import quotas_of
-from sim1.motion.model import MotionModel
+from sim1.motion.joining import Variation, skeleton
 from sim1.motion.placement import planar
 from sim1.motion.poses import ToolPath
 from sim1.motion.reaching import changed, reachable
 from sim1.motion.stage import CandidateTrajectoriesConfig
-from sim1.robot.kinematics import Arm, Unreachable
+from sim1.robot.kinematics import Unreachable
 
-URDF = Path(__file__).parents[2] / "data" / "robot" / "robot.urdf"
-HOME = np.array([[0.0, 0.6, 0.6, -0.9, 0.0, 0.0]] * 2)
 VARIATION = Variation(radius_m=0.05, angle_rad=0.2, grasp_offset_m=0.0, settle_s=0.2)
 
 
@@ -39,50 +33,6 @@ class RigidSheet:
         if self.steps == self.breaks_at:
             raise Broken("vertex 3 is not finite")
         self.joints_rad, self.openness = joints_rad, openness
-
-
-@pytest.fixture(scope="module")
-def arms():
-    bases = np.stack([np.eye(4)] * 2)
-    bases[:, :3, 3] = [[-0.36, 0.27, 0.15], [-0.36, -0.27, 0.15]]
-    return Arms(arm=Arm.from_urdf(URDF), bases_to_world=bases)
-
-
-@pytest.fixture(scope="module")
-def demonstrated(arms):
-    """Demonstrations that the arms can really reach: each interaction slides 8 cm from below the home pose and back."""
-    rng = np.random.default_rng(2)
-    home = arms.tool_path(HOME[None], np.ones((1, 2)))
-    segments = []
-    for index in range(2):
-        for part in a_demo(f"{index:04d}", rng, 3 * index):
-            count = len(part.path)
-            slide = np.zeros((count, 2, 3))
-            slide[..., 0] = 0.08 * np.sin(np.pi * np.arange(count) / count)[:, None] ** 2 + 0.01 * index
-            path = ToolPath(
-                position_m=home.position_m + slide,
-                rotation=np.repeat(home.rotation, count, axis=0),
-                openness=part.path.openness,
-            )
-            segments.append(part.__class__(**{**part.__dict__, "path": path}))
-    sheet = np.stack([*np.meshgrid(np.linspace(-0.1, 0.1, 5), np.linspace(-0.1, 0.1, 5)), np.zeros((5, 5))], axis=-1)
-    start = sheet.reshape(-1, 3)
-    frames = max(part.end_frame for part in segments)
-    source = Source(
-        start_m=start,
-        garment_m={name: np.repeat(start[None], frames, axis=0) for name in ("0000", "0001")},
-        home_rad=HOME,
-        home_openness=np.ones(2),
-    )
-    return segments, source
-
-
-def a_model(method="minimum_jerk", rest_s=1.0):
-    durations = DurationModel(rest_s=rest_s, s_per_m=1.0, s_per_rad=0.3, log_std=0.1)
-    return MotionModel(
-        method=method, durations=durations, network=None, scale=np.ones(20), width=64, layer_count=3, token_count=32,
-        mode_count=10, sampling_steps=16,
-    )  # fmt: skip
 
 
 def run(demonstrated, arms, seed=0, cell=None, model=None, variation=VARIATION):
@@ -218,7 +168,7 @@ def test_the_most_faithful_attitude_in_reach_is_taken_and_fingertips_stay(arms, 
     path = demonstrated[0][1].path
     for turn, share in ((0.1, 1.0), (0.2, 0.5), (0.8, 0.0)):
         placement = planar(np.array([0.02, 0.0]), turn, np.zeros(3))
-        moved, change = reachable(path, placement, StiffWrists(path), HOME)
+        moved, change, _ = reachable(path, placement, StiffWrists(path), HOME)
         assert change == (share, 0.0)
         np.testing.assert_allclose(moved.position_m, path.moved(placement).position_m, atol=2e-3)
 

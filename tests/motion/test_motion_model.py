@@ -6,14 +6,23 @@ import torch
 from motion_synthetic import a_demo
 
 from sim1.motion.fitting import fit_model, jerk
-from sim1.motion.interpolant import interpolate
+from sim1.motion.interpolant import ENDS, interpolate
 from sim1.motion.model import read_model, sliced, transition
 from sim1.motion.network import MotionTransformer, signal_and_noise
 from sim1.motion.placement import planar
 from sim1.motion.pool import read_pool, write_pool
 from sim1.motion.poses import joined
 from sim1.motion.stage import MotionModelConfig, check_motion_model, motion_model
-from sim1.motion.transitions import HISTORY_COUNT, augmented, bank_of, moving_frames, residual_scale, transitions_of
+from sim1.motion.transitions import (
+    HISTORY_COUNT,
+    augmented,
+    bank_of,
+    moving_frames,
+    outlook,
+    principal_shapes,
+    residual_scale,
+    transitions_of,
+)
 from sim1.stage import BadInput
 
 SMALL = MotionModelConfig(step_count=120, bank_count=128, width=32, layer_count=2)
@@ -56,8 +65,8 @@ def test_waiting_is_no_part_of_a_transition(pool):
     path = pool[0].path
     waiting = joined(*[path[:1]] * 9, path, *[path[-1:]] * 20)
     start, end = moving_frames(waiting)
-    assert 9 <= start <= 13
-    assert len(waiting) - 25 <= end <= len(waiting) - 20
+    assert 8 <= start <= 12
+    assert len(waiting) - 24 <= end <= len(waiting) - 19
 
 
 def test_augmented_transitions_keep_their_speed_and_history(pool):
@@ -71,6 +80,35 @@ def test_augmented_transitions_keep_their_speed_and_history(pool):
         np.testing.assert_allclose(varied.history.position_m[-1], varied.path.position_m[0])
 
 
+def test_what_is_learned_does_not_depend_on_the_place_on_the_table(trained):
+    folder, out, _ = trained
+    model, item = read_model(out), transitions_of(read_pool(folder))[1]
+    elsewhere = planar(np.array([0.07, -0.04]), 0.6, np.zeros(3))
+    here = transition(model, item.history, item.after, 35, np.random.default_rng(3))
+    there = transition(model, item.history.moved(elsewhere), item.after.moved(elsewhere), 35, np.random.default_rng(3))
+    np.testing.assert_allclose(there.position_m, here.moved(elsewhere).position_m, atol=1e-5)
+    np.testing.assert_allclose(there.rotation, here.moved(elsewhere).rotation, atol=1e-5)
+
+
+def test_an_outlook_goes_from_where_the_tools_are_to_where_they_go(pool):
+    path = pool[0].path
+    seen = path.moved(np.linalg.inv(outlook(path[:1], path[-1:]))).position_m[[0, -1]].mean(axis=1)
+    np.testing.assert_allclose(seen[0, :2], -seen[1, :2], atol=1e-12)
+    assert seen[1, 0] > 0
+    assert seen[1, 1] == pytest.approx(0, abs=1e-12)
+
+
+def test_principal_shapes_hold_the_residuals_and_no_shaking(pool):
+    bank = bank_of(transitions_of(pool), 64, 16, np.random.default_rng(0))
+    scale = residual_scale(bank.residual)
+    shapes = principal_shapes(bank.residual, scale, 20)
+    np.testing.assert_allclose(shapes @ shapes.T, np.eye(20), atol=1e-9)
+    rows = (bank.residual / scale).reshape(64, -1)
+    assert np.linalg.norm(rows - rows @ shapes.T @ shapes) < 0.1 * np.linalg.norm(rows)
+    shaking = np.random.default_rng(1).standard_normal(rows.shape)
+    assert np.linalg.norm(shaking @ shapes.T) < 0.3 * np.linalg.norm(shaking)
+
+
 def test_the_schedule_preserves_variance_and_ends_clean():
     signal, noise = signal_and_noise(torch.linspace(0, 1, 11))
     torch.testing.assert_close(signal**2 + noise**2, torch.ones(11))
@@ -80,15 +118,16 @@ def test_the_schedule_preserves_variance_and_ends_clean():
 
 def test_a_token_hears_of_its_own_noise_level():
     torch.manual_seed(0)
-    network = MotionTransformer(32, 1, 8)
+    network = MotionTransformer(32, 1, 8, 2)
     torch.nn.init.normal_(network.out.weight)
-    noisy, base, history = torch.randn(1, 8, 20), torch.randn(1, 8, 20), torch.randn(1, HISTORY_COUNT, 20)
+    noisy, base = torch.randn(1, 8, 20), torch.randn(1, 8, 20)
+    history, after = torch.randn(1, HISTORY_COUNT, 20), torch.randn(1, ENDS, 20)
     level = torch.full((1, 8), 0.5)
     changed = level.clone()
     changed[0, 3] = 0.9
     steps = torch.tensor([60.0])
     with torch.no_grad():
-        one, two = (network(noisy, each, base, history, steps) for each in (level, changed))
+        one, two = (network(noisy, each, base, history, after, steps) for each in (level, changed))
     difference = (one - two).abs().sum(dim=-1)[0]
     assert difference[3] == difference.max()
     assert (one[0, [0, -1]] == 0).all()  # boundary poses have no residual
@@ -105,27 +144,22 @@ def test_samples_rise_like_the_demonstrations_where_minimum_jerk_does_not(traine
     folder, out, _ = trained
     model = read_model(out)
     item = transitions_of(read_pool(folder))[0]
-    velocity = np.zeros((2, 3))
-    straight_error = np.abs(_straight(item, velocity).position_m - item.path.position_m).max()
+    straight = interpolate(item.history[-ENDS:], item.after, np.linspace(0, 1, len(item.path)), len(item.path) - 1)
+    straight_error = np.abs(straight.position_m - item.path.position_m).max()
     errors = []
     for seed in range(8):
         rng = np.random.default_rng(seed)
-        made = transition(model, item.history, item.path[-1:], velocity, len(item.path) - 1, rng)
+        made = transition(model, item.history, item.after, len(item.path) - 1, rng)
         errors.append(np.abs(made.position_m - item.path.position_m).max())
     assert np.median(errors) < 0.6 * straight_error
     assert jerk(made) < 5 * jerk(item.path)
-
-
-def _straight(item, velocity):
-    return interpolate(item.path[:1], item.path[-1:], np.linspace(0, 1, len(item.path)), velocity, velocity)
 
 
 def test_sampling_is_the_same_for_a_seed_and_differs_between_seeds(trained):
     folder, out, _ = trained
     model, item = read_model(out), transitions_of(read_pool(folder))[0]
     draw = [
-        transition(model, item.history, item.path[-1:], np.zeros((2, 3)), 40, np.random.default_rng(seed)).position_m
-        for seed in (3, 3, 4)
+        transition(model, item.history, item.after, 40, np.random.default_rng(seed)).position_m for seed in (3, 3, 4)
     ]
     np.testing.assert_array_equal(draw[0], draw[1])
     assert np.abs(draw[0] - draw[2]).max() > 1e-5
@@ -164,7 +198,7 @@ def test_a_slice_is_the_moved_source_after_a_straight_bridge(pool):
 def test_a_model_of_another_schema_is_refused(trained, tmp_path):
     _, out, _ = trained
     (tmp_path / "model.safetensors").write_bytes((out / "model.safetensors").read_bytes())
-    (tmp_path / "model.json").write_text((out / "model.json").read_text().replace("motion-model/1", "motion-model/9"))
+    (tmp_path / "model.json").write_text((out / "model.json").read_text().replace("motion-model/2", "motion-model/9"))
     with pytest.raises(BadInput, match="motion-model/9"):
         read_model(tmp_path)
 

@@ -1,0 +1,221 @@
+import numpy as np
+import pytest
+
+from sim1.motion.likeness.classifier import told_apart
+from sim1.motion.likeness.comparison import Figure, Paths, chance, compare
+from sim1.motion.likeness.copies import COPY_SHARE, nearest_distances, nearest_of_the_rest
+from sim1.motion.likeness.distances import frechet_distance, mmd, standardised
+from sim1.motion.likeness.features import FEATURES, Movement, canonical, features, shape
+from sim1.motion.likeness.joins import common_steps, inner_frames, join_ratios, steps_at
+from sim1.motion.likeness.limits import LIMITS, in_words, verdicts
+from sim1.motion.likeness.smoothness import (
+    log_dimensionless_jerk,
+    path_ratio,
+    spectral_arc_length,
+    speed,
+    speed_peaks,
+    turned_rad,
+)
+from sim1.motion.placement import planar
+from sim1.motion.poses import ToolPath
+
+
+def reach(count=91, size_m=0.3):
+    """Minimum jerk from rest to rest along a straight line, (count, 3)."""
+    s = np.linspace(0, 1, count)
+    return (10 * s**3 - 15 * s**4 + 6 * s**5)[:, None] * np.array([size_m, 0, 0])
+
+
+def arched(rng, count=60, shake_m=0.0):
+    """Both tools over an arch whose height varies a little."""
+    way = reach(count, 0.25)
+    s = np.linspace(0, 1, count)
+    way[:, 2] = (0.06 + 0.005 * rng.standard_normal()) * np.sin(np.pi * s) ** 2
+    way += shake_m * np.sin(np.pi * s)[:, None] ** 2 * rng.standard_normal((count, 3))
+    both = np.stack([way, way + np.array([0, 0.3, 0])], axis=1)
+    return ToolPath(position_m=both, rotation=np.tile(np.eye(3), (count, 2, 1, 1)), openness=np.ones((count, 2)))
+
+
+def some_paths(count, seed, shake_m=0.0):
+    """Paths of one transition between two rests, said to be joined a third of the way; from ten sources."""
+    rng = np.random.default_rng(seed)
+    moves = [arched(rng, int(rng.integers(55, 66)), shake_m) for _ in range(count)]
+    rested = [np.concatenate([way.position_m[:1]] * 5 + [way.position_m] + [way.position_m[-1:]] * 5) for way in moves]
+    return Paths(
+        tools=rested,
+        joints=rested,
+        joins=[[len(way) // 3] for way in rested],
+        movements=[Movement(path=way, order=0, group=f"{i % 10}") for i, way in enumerate(moves)],
+    )
+
+
+def test_minimum_jerk_has_the_dimensionless_jerk_of_theory():
+    # 720 L^2 / T^5 over (1.875 L / T)^2, times T^3
+    assert log_dimensionless_jerk(reach(3001)) == pytest.approx(-np.log(720 / 1.875**2), abs=0.01)
+
+
+@pytest.mark.parametrize("figure", [log_dimensionless_jerk, path_ratio, speed_peaks, turned_rad])
+def test_smoothness_depends_neither_on_size_nor_on_place(figure):
+    way = arched(np.random.default_rng(0)).position_m[:, 0]
+    moved = 3 * way @ planar(np.zeros(2), 0.8, np.zeros(3))[:3, :3].T + [0.2, -0.1, 0.4]
+    assert figure(moved) == pytest.approx(figure(way), rel=1e-9)
+
+
+def test_spectral_arc_length_depends_neither_on_size_nor_on_duration():
+    base = spectral_arc_length(speed(reach()))
+    assert spectral_arc_length(7 * speed(reach())) == pytest.approx(base)
+    assert spectral_arc_length(speed(reach(181))) == pytest.approx(base, abs=0.02)
+    assert base == pytest.approx(-1.4, abs=0.1)  # a bell has one hump in its spectrum
+
+
+def test_stopping_on_the_way_makes_a_movement_less_smooth_in_every_sense():
+    twice = np.concatenate([reach(46, 0.15), reach(46, 0.15)[1:] + np.array([0.15, 0, 0])])
+    assert speed_peaks(reach()) == 1
+    assert speed_peaks(twice) == 2
+    assert log_dimensionless_jerk(twice) < log_dimensionless_jerk(reach()) - 1
+    assert spectral_arc_length(speed(twice)) < spectral_arc_length(speed(reach())) - 0.2
+
+
+def test_a_half_circle_is_longer_than_its_chord_by_half_of_pi_and_turns_by_pi():
+    angle = np.linspace(0, np.pi, 200)
+    way = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    assert path_ratio(way) == pytest.approx(np.pi / 2, rel=1e-3)
+    assert turned_rad(way) == pytest.approx(np.pi, rel=0.01)
+
+
+def test_an_inserted_step_is_the_gap_of_its_join():
+    at_rest = np.zeros((20, 2, 3))
+    stepped = at_rest.copy()
+    stepped[10:, 1, 2] = 0.004
+    position, velocity, acceleration = steps_at(stepped, np.array([10]))[0]
+    assert position == pytest.approx(0.004)
+    assert velocity == pytest.approx(0.004 * 30)
+    assert acceleration == pytest.approx(2 * 0.004 * 900)
+    assert not steps_at(stepped, np.array([5, 14])).any()
+
+
+def test_steps_of_velocity_and_acceleration_are_found_and_even_motion_has_neither():
+    time = np.arange(30.0)
+    kink = 0.01 * np.maximum(time - 15, 0)[:, None, None] * np.ones((1, 2, 3)) / np.sqrt(3)
+    assert steps_at(kink, np.array([16]))[0, 1] == pytest.approx(0.01 * 30)
+    even = 0.01 * time[:, None, None] * np.ones((1, 2, 3))
+    assert np.abs(steps_at(even, inner_frames(30))[:, 1:]).max() < 1e-9
+
+
+def test_a_path_joined_to_itself_is_no_more_abrupt_than_itself():
+    paths = some_paths(4, 0).tools
+    every = [inner_frames(len(path)).tolist() for path in paths]
+    np.testing.assert_allclose(join_ratios(paths, every, common_steps(paths)), 1)
+
+
+def test_features_say_nothing_of_the_place_on_the_table():
+    path = arched(np.random.default_rng(3))
+    elsewhere = path.moved(planar(np.array([0.1, -0.2]), 0.7, np.zeros(3)))
+    here, there = (features(Movement(path=item, order=1, group="")) for item in (path, elsewhere))
+    assert len(here) == len(FEATURES)
+    np.testing.assert_allclose(here, there, atol=1e-9)
+
+
+def test_an_arm_that_rests_has_no_smoothness():
+    path = arched(np.random.default_rng(3))
+    position = path.position_m.copy()
+    position[:, 1] = position[0, 1]
+    movement = Movement(
+        path=ToolPath(position_m=position, rotation=path.rotation, openness=path.openness), order=0, group=""
+    )
+    values = dict(zip(FEATURES, features(movement), strict=True))
+    assert movement.arms == [0]
+    assert values["left.moves"] == 1
+    assert not any(value for name, value in values.items() if name.startswith("right."))
+
+
+def test_a_canonical_way_starts_at_the_origin_and_ends_ahead():
+    way = canonical(reach() @ planar(np.zeros(2), 2.0, np.zeros(3))[:3, :3].T + [0.3, 0.2, 0.1])
+    np.testing.assert_allclose(way[[0, -1]], [[0, 0, 0], [1, 0, 0]], atol=1e-12)
+
+
+def test_distances_of_one_distribution_from_itself_are_small_and_of_another_large():
+    rng = np.random.default_rng(0)
+    one, two = standardised(rng.normal(size=(60, 5)), rng.normal(size=(60, 5)))
+    a, b = standardised(rng.normal(size=(60, 5)), rng.normal(1.5, 1, size=(60, 5)))
+    assert frechet_distance(one, one) == pytest.approx(0, abs=1e-9)
+    assert frechet_distance(one, two) < 0.1 < 0.5 < frechet_distance(a, b)
+    assert mmd(one, two, 200, rng).p_value > 0.05
+    assert mmd(a, b, 200, rng).p_value < 0.01
+
+
+def test_the_frechet_distance_of_shifted_sets_is_the_shift_squared():
+    sample = np.random.default_rng(1).normal(size=(40, 4))
+    assert frechet_distance(sample, sample + np.array([2, 0, 0, 0])) == pytest.approx(2**2 / 4)
+
+
+def groups(count):
+    return [str(i % 10) for i in range(count)]
+
+
+def test_equal_distributions_are_not_told_apart_and_shifted_ones_are():
+    rng = np.random.default_rng(2)
+    one, two = rng.normal(size=(80, 4)), rng.normal(size=(80, 4))
+    alike = told_apart(one, two, groups(80), groups(80), rng, 100)
+    assert alike.low < 0.5 < alike.high + 0.1
+    assert alike.value == pytest.approx(0.5, abs=0.15)
+    assert told_apart(one, two + 2, groups(80), groups(80), rng, 100).value > 0.97
+
+
+def test_a_source_is_never_on_both_sides_of_a_fold():
+    """What gives each source away says nothing of real or generated: with it alone, nothing is told apart."""
+    rng = np.random.default_rng(3)
+    marks = {name: rng.normal(size=3) for name in groups(10)}
+    one, two = (np.array([marks[name] for name in groups(60)]) + 1e-3 * rng.normal(size=(60, 3)) for _ in range(2))
+    assert told_apart(one, two, groups(60), groups(60), rng, 50).value == pytest.approx(0.5, abs=0.2)
+
+
+def test_a_copy_is_found_wherever_it_was_put():
+    rng = np.random.default_rng(4)
+    shown = [Movement(path=arched(rng), order=0, group="") for _ in range(5)]
+    shapes = np.stack([shape(item) for item in shown])
+    copied = Movement(path=shown[2].path.moved(planar(np.array([0.2, 0.1]), 0.5, np.zeros(3))), order=0, group="")
+    another = Movement(path=arched(rng), order=0, group="")
+    limit = COPY_SHARE * nearest_of_the_rest(shapes).min()
+    copy, other = nearest_distances(np.stack([shape(copied), shape(another)]), shapes)
+    assert copy < limit < other
+
+
+def test_paths_like_the_demonstrations_keep_every_limit_and_shaking_ones_do_not():
+    demos, alike, shaking = some_paths(20, 0), some_paths(20, 1), some_paths(20, 2, shake_m=0.004)
+    found = {row["figure"]: row["met"] for row in verdicts(compare(demos, alike, 50, np.random.default_rng(0)))}
+    assert found == {"join": True, "jerk_share": True, "path_share": True, "auc": True, "copies": True}
+    shaken = compare(demos, shaking, 50, np.random.default_rng(0))
+    assert {row["figure"] for row in verdicts(shaken) if not row["met"]} >= {"jerk_share", "auc"}
+    assert shaken["mmd"].p_value < 0.05
+
+
+def test_copied_demonstrations_are_copies():
+    demos = some_paths(20, 0)
+    assert compare(demos, demos, 20, np.random.default_rng(0))["copies"].value == 20
+
+
+def test_what_two_demonstrations_cannot_say_is_not_measured():
+    demos = some_paths(1, 0)
+    measured = compare(demos, some_paths(3, 1), 20, np.random.default_rng(0))
+    assert measured["jerk_share"].value == pytest.approx(1, abs=0.2)
+    for name, words in (("auc", "1 transitions, 16 needed"), ("copies", "1 transitions, 2 needed")):
+        assert measured[name].value is None
+        assert measured[name].record() == {"not_measured": words}
+    rows = {row["figure"]: row for row in verdicts(measured)}
+    assert rows["auc"]["met"] is None
+    assert in_words(rows["auc"]) == "not measured: 1 transitions, 16 needed (limit at most 0.7)"
+
+
+def test_chance_is_measured_on_the_demonstrations_themselves():
+    own = chance(some_paths(20, 0), 2, np.random.default_rng(0))
+    assert own["auc"].low <= own["auc"].value <= own["auc"].high
+    assert own["auc"].value == pytest.approx(0.5, abs=0.25)
+    assert own["jerk_share"].value == pytest.approx(1)
+    assert own["nearest"].low > 0
+
+
+@pytest.mark.parametrize(("value", "met"), [(0.5, False), (0.7, True), (1.0, True), (1.5, True), (1.6, False)])
+def test_motion_may_be_neither_rougher_nor_smoother_than_the_demonstrations(value, met):
+    limit = next(limit for limit in LIMITS if limit.figure == "jerk_share")
+    assert limit.verdict(Figure(value=value))["met"] is met
