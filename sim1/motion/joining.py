@@ -157,8 +157,10 @@ class Follower:
         self._run(path, joints, share, "moving")
 
     def follow(self, path: ToolPath, kind: str, joints_rad: np.ndarray | None = None) -> None:
-        """Command a path as it is, with the joints that are known to follow it or else with those that are found."""
-        joints = self.arms.joints_for(path, self.joints_rad) if joints_rad is None else joints_rad
+        """Command a path as it is, with the joints that are known to follow it if the arms can go on with them."""
+        joints = joints_rad
+        if joints is None or self.arms.speed_share(joints[:1], self.joints_rad) > 1:
+            joints = self.arms.joints_for(path, self.joints_rad)
         self._run(path, joints, self.arms.speed_share(joints, self.joints_rad), kind)
 
     def rest(self, frames: int) -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sim1.motion.likeness.classifier import told_apart
-from sim1.motion.likeness.comparison import Figure, Paths, chance, compare
+from sim1.motion.likeness.comparison import Figure, Paths, chance, compare, telling
 from sim1.motion.likeness.copies import COPY_SHARE, nearest_distances, nearest_of_the_rest
 from sim1.motion.likeness.distances import frechet_distance, mmd, standardised
 from sim1.motion.likeness.features import FEATURES, Movement, canonical, features, shape
@@ -188,6 +188,14 @@ def test_paths_like_the_demonstrations_keep_every_limit_and_shaking_ones_do_not(
     shaken = compare(demos, shaking, 50, np.random.default_rng(0))
     assert {row["figure"] for row in verdicts(shaken) if not row["met"]} >= {"jerk_share", "auc"}
     assert shaken["mmd"].p_value < 0.05
+
+
+def test_the_most_telling_feature_of_shaking_paths_is_that_they_shake():
+    demos, shaking = some_paths(20, 0), some_paths(20, 2, shake_m=0.004)
+    first, *_ = telling(demos, shaking, 3)
+    assert first["auc"] == 1
+    assert first["feature"].split(".")[1] in {"log_jerk", "turned_rad", "sparc", "path_ratio"}
+    assert telling(some_paths(3, 0), shaking, 3) == []
 
 
 def test_copied_demonstrations_are_copies():

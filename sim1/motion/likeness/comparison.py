@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from sim1.motion.likeness.classifier import told_apart
+from sim1.motion.likeness.classifier import area_under_roc, told_apart
 from sim1.motion.likeness.copies import COPY_SHARE, nearest_distances, nearest_of_the_rest
 from sim1.motion.likeness.distances import frechet_distance, mmd, standardised
-from sim1.motion.likeness.features import Movement, features, shape
+from sim1.motion.likeness.features import FEATURES, Movement, features, shape
 from sim1.motion.likeness.joins import ORDERS, common_steps, join_ratios
 from sim1.motion.likeness.smoothness import (
     log_dimensionless_jerk,
@@ -95,6 +95,24 @@ def chance(demos: Paths, split_count: int, rng: np.random.Generator) -> dict[str
         return {"nearest": Figure(value=float(np.median(own)), low=float(own.min()), high=float(own.max()))}
 
     return result | _where(("nearest",), _least(demos.movements), COPY_MINIMUM // 2, nearest)
+
+
+def telling(demos: Paths, others: Paths, count: int) -> list[dict[str, Any]]:
+    """The features that on their own tell the sets apart best, the most telling first; none where there are too few."""
+    if min(len(demos.movements), len(others.movements)) < SET_MINIMUM:
+        return []
+    one, two = _features(demos.movements), _features(others.movements)
+    rows = []
+    for order in np.unique(one[:, 0]):
+        a, b = one[one[:, 0] == order], two[two[:, 0] == order]
+        labels = np.repeat([0, 1], [len(a), len(b)])
+        for index, feature in enumerate(FEATURES):
+            auc = area_under_roc(labels, np.concatenate([a[:, index], b[:, index]]))
+            row = {"transition": int(order) + 1, "feature": feature, "auc": max(auc, 1 - auc)}
+            for name, values in (("demonstrated", a[:, index]), ("generated", b[:, index])):
+                row |= {f"{name}_mean": float(values.mean()), f"{name}_std": float(values.std())}
+            rows.append(row)
+    return sorted(rows, key=lambda row: -row["auc"])[:count]
 
 
 def of_paths(demos: Paths, others: Paths) -> dict[str, Figure]:

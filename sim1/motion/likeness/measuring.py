@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from sim1.motion.commands import Arms
 from sim1.motion.home import read_home
 from sim1.motion.likeness.classifier import FOLDS, TREES
-from sim1.motion.likeness.comparison import COPY_MINIMUM, SET_MINIMUM, Figure, Paths, chance, compare, of_paths
+from sim1.motion.likeness.comparison import COPY_MINIMUM, SET_MINIMUM, Figure, Paths, chance, compare, of_paths, telling
 from sim1.motion.likeness.copies import COPY_SHARE
 from sim1.motion.likeness.features import FEATURES
 from sim1.motion.likeness.joins import COMMON_SHARE
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from sim1.motion.stage import MotionLikenessConfig
 
 SCHEMA = "sim1.likeness/1"
+TELLING = 6  # features that give a method away most, on the page
 SETTINGS = {
     "sparc_cut_off_hz": SPARC_CUT_OFF_HZ, "sparc_threshold": SPARC_THRESHOLD, "sparc_padding": SPARC_PADDING,
     "peak_prominence": PEAK_PROMINENCE, "common_share": COMMON_SHARE, "copy_share": COPY_SHARE,
@@ -66,6 +67,7 @@ def measure(inputs: Inputs, garment: str, config: MotionLikenessConfig, out: Pat
         "moved_figures": {
             name: _records(of_paths(demos, planned_paths(item.plans))) for name, item in moved.items() if item.plans
         },
+        "telling": {name: telling(demos, others, TELLING) for name, others in paths.items()},
         "limits": {name: verdicts(row) for name, row in figures.items() if name != "demonstrations"},
     }  # fmt: skip
     (out / "likeness.json").write_text(json.dumps(record, indent=1, sort_keys=True, allow_nan=False) + "\n")

@@ -12,9 +12,8 @@ LEAD = (
     "with the garment where it was placed."
 )
 STAND_IN = (
-    "The demonstrator is a scripted expert, a stand-in for a person: its ways are minimum-jerk curves of the joints, alike to a "
-    "fraction of a millimetre, so that a classifier can tell from them what it never could among a person's. Likeness to people "
-    "was not measured."
+    "The demonstrator is a scripted expert, a stand-in for a person: its ways are minimum-jerk curves of the joints without any "
+    "tremor, so regular that small errors of a sampler give it away. Likeness to people was not measured."
 )
 COLUMNS = {
     "demonstrations": "Demonstrations", "diffusion": "Diffusion", "minimum_jerk": "Minimum jerk", "slicing": "Slicing"
@@ -77,6 +76,23 @@ def write_page(out: Path, record: Mapping[str, Any]) -> None:
             ],
         ),
     ]
+    if record["telling"].get(method):
+        sections.append(
+            Section(
+                heading=f"What gives {COLUMNS[method].lower()} away",
+                paragraphs=["The features that tell generated from demonstrated transitions best, each on its own."],
+                table=[
+                    {
+                        "Transition": row["transition"],
+                        "Feature": row["feature"],
+                        "Told apart": round(row["auc"], 2),
+                        "Demonstrated": f"{row['demonstrated_mean']:.3g} ± {row['demonstrated_std']:.2g}",
+                        "Generated": f"{row['generated_mean']:.3g} ± {row['generated_std']:.2g}",
+                    }
+                    for row in record["telling"][method]
+                ],
+            )
+        )
     if record["moved_figures"]:
         sections.append(
             Section(
