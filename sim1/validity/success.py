@@ -41,6 +41,8 @@ def judge(garment_m: np.ndarray, faces: np.ndarray, task: Task) -> Judgement:
         faces: (f, 3).
         task: folds and limits.
     """
+    if not np.isfinite(garment_m).all():
+        return Judgement(success=False, figures={}, failure="simulation broke")
     start, end = garment_m[0].astype(float), garment_m[-1].astype(float)
     ideal = ideal_fold(start, task)
     marks = find_keypoints(start, task)
@@ -103,8 +105,6 @@ def _failure(
     figures: dict[str, float], garment_m: np.ndarray, ideal: np.ndarray, grasped: list[int], task: Task
 ) -> Failure | None:
     limits = task.success
-    if not np.isfinite(garment_m).all():
-        return "simulation broke"
     if figures["lowest_m"] < -0.02:
         return "off the table"
     if figures["stretch"] > limits.stretch:

@@ -108,6 +108,14 @@ def test_a_towel_turned_over_is_told_from_one_pushed_to_the_same_place(task):
     assert (right.failure, wrong.success) == (None, False)
 
 
+@pytest.mark.parametrize("frame", [0, 25, -1])
+def test_a_garment_that_is_no_number_anywhere_is_a_broken_simulation(task, frame):
+    run = run_to(lying(), lifted(lying(), 0.1), folded(task))
+    run[frame, 7, 2] = np.nan
+    outcome = judge(run, TOWEL.faces, task)
+    assert (outcome.success, outcome.failure, outcome.figures) == (False, "simulation broke", {})
+
+
 def test_a_layer_that_went_through_the_other_is_a_penetration(task):
     through = folded(task)
     over = lying()[:, 0] < 0
