@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from sim1.episode import read_start
 from sim1.motion.bench import Bench
-from sim1.motion.crew import labour_together, swept
+from sim1.motion.crew import finished, labour_together
 from sim1.motion.generation import write_tables
 from sim1.motion.quota import Quota, Row, Ticket
 from sim1.stage import BadInput, Inputs, only
@@ -84,6 +84,7 @@ def generate_until(
 
     Raises:
         BadInput: an input is at fault, or `out` was begun with other inputs or settings.
+        CrewDied: processes died before enough was made; what is made stays.
     """
     config, valid = configs
     plan = {"schema": SCHEMA, "garment": garment, "variant": variant}
@@ -94,7 +95,7 @@ def generate_until(
     limit = TRIES_PER_TARGET * target
     quota = Quota(series="meant", run_count=0, target=target, counted="accepted", run_limit=limit, try_limit=limit)
     labour_together(out, [quota], functools.partial(Checked.of, inputs, garment, config, valid), workers, tell)
-    rows = swept(out, [quota])
+    rows = finished(out)
     write_tables(out, rows, read_start(only(inputs, "seed_demos")))
     return rows
 

@@ -10,7 +10,6 @@ again. Processes may come and go, on one machine or on several that share the fo
 
 import json
 import multiprocessing
-import os
 import shutil
 import time
 from collections.abc import Callable, Sequence
@@ -25,6 +24,10 @@ from sim1.motion.quota import Quota, Row, Ticket, open_tickets
 from sim1.stage import BadInput
 
 WAIT_S = 0.2  # between two looks at what others have made
+
+
+class CrewDied(RuntimeError):
+    """Processes ended before enough was made."""
 
 
 class Maker(Protocol):
@@ -121,7 +124,7 @@ def labour_together(
 
     Raises:
         BadInput: an input is at fault.
-        RuntimeError: processes died before enough was made; what is made stays.
+        CrewDied: processes died before enough was made; what is made stays.
     """
     if workers == 1:
         labour(root, quotas, prepare(), tell)
@@ -146,18 +149,18 @@ def labour_together(
     tell(shop.rows())
     if left := open_tickets(quotas, shop.rows()):
         died = [f"{process.pid} ({process.exitcode})" for process in crew if process.exitcode]
-        raise RuntimeError(
+        raise CrewDied(
             f"{root}: processes died (number and exit code): {', '.join(died)}; attempt {left[0].name} is not made; "
             "what is made stays, the same command goes on from there"
         )
 
 
-def swept(root: Path, quotas: Sequence[Quota]) -> list[Row]:
-    """Rows that the quotas ask for, in order; what lies in the folder beside them is removed, with the locks."""
+def finished(root: Path) -> list[Row]:
+    """Rows of all attempts in the folder, series by series, in order; the locks are removed.
+
+    They may be more than the quotas ask for, where those were larger once: what is made is kept.
+    """
     shop = Shop(root=root)
-    names = [ticket.name for quota in quotas for ticket in quota.wanted(shop.rows())]
-    for name in set(shop.rows()) - set(names):  # of an earlier, larger quota
-        shutil.rmtree(root / "episodes" / name, ignore_errors=True)
-        os.remove(root / "attempts" / f"{name}.json")
     shutil.rmtree(shop.work, ignore_errors=True)
-    return [shop.rows()[name] for name in names]
+    rows = shop.rows()
+    return [rows[name] for name in sorted(rows, key=lambda name: (len(name), name))]

@@ -11,7 +11,7 @@ import pandas as pd
 
 from sim1.episode import read_episode, read_start
 from sim1.motion.bench import Bench, facts
-from sim1.motion.crew import labour_together, swept
+from sim1.motion.crew import finished, labour_together
 from sim1.motion.pictures import draw_attempts
 from sim1.motion.quota import Quota, Row
 from sim1.progress import report
@@ -32,7 +32,7 @@ def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, 
         report(min(sum(row["ran"] for row in rows.values()), total), total, "candidates")
 
     labour_together(out, quotas, functools.partial(Bench.of, inputs, garment, config), 1, tell)
-    rows = swept(out, quotas)
+    rows = finished(out)
     write_tables(out, rows, read_start(only(inputs, "seed_demos")))
     return facts(rows)
 

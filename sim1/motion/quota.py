@@ -44,16 +44,6 @@ class Quota:
             return False
         return ran < self.run_count or (counted < self.target and ran < self.run_limit)
 
-    def wanted(self, done: Mapping[str, Row]) -> list[Ticket]:
-        """Tickets of the series that are made and wanted, in order: without gaps, from the first on."""
-        tickets: list[Ticket] = []
-        while self.wants_more([done[ticket.name] for ticket in tickets]):
-            ticket = Ticket(series=self.series, number=len(tickets))
-            if ticket.name not in done:
-                break
-            tickets.append(ticket)
-        return tickets
-
 
 def open_tickets(quotas: Sequence[Quota], done: Mapping[str, Row]) -> list[Ticket]:
     """Attempts that are wanted for certain and not made, in order.

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motion_toy_maker import ToyMaker
 
-from sim1.motion.crew import Shop, labour, labour_together, swept
+from sim1.motion.crew import CrewDied, Shop, finished, labour, labour_together
 from sim1.motion.quota import Quota, Ticket, open_tickets
 from sim1.stage import BadInput
 
@@ -29,13 +29,13 @@ def content(root: Path) -> dict[str, bytes]:
 def alone(tmp_path) -> dict[str, bytes]:
     root = tmp_path / "alone"
     labour(root, QUOTAS, ToyMaker(tmp_path / "log"))
-    swept(root, QUOTAS)
+    finished(root)
     return content(root)
 
 
 def test_a_series_ends_when_enough_ran_and_enough_succeeded(tmp_path):
     labour(tmp_path, QUOTAS, ToyMaker(tmp_path / "log"))
-    rows = swept(tmp_path, QUOTAS)
+    rows = finished(tmp_path)
     meant = [row for row in rows if not row["episode"].startswith("perturbed")]
     assert sum(row["success"] for row in meant) == 5
     assert meant[-1]["success"]
@@ -46,7 +46,7 @@ def test_a_series_ends_when_enough_ran_and_enough_succeeded(tmp_path):
 def test_three_processes_make_what_one_makes_and_nothing_twice(tmp_path, alone):
     root = tmp_path / "crew"
     labour_together(root, QUOTAS, functools.partial(ToyMaker, tmp_path / "crew.log", 0.01), 3, lambda rows: None)
-    swept(root, QUOTAS)
+    finished(root)
     assert content(root) == alone
     lines = [line.split() for line in (tmp_path / "crew.log").read_text().splitlines()]
     names = [name for _, name in lines]
@@ -69,21 +69,35 @@ def test_a_run_that_is_killed_at_random_ends_with_the_same_files(tmp_path, alone
         process.join()
     assert kills >= 2
     labour(root, QUOTAS, ToyMaker(tmp_path / "killed.log"))
-    swept(root, QUOTAS)
+    finished(root)
     assert content(root) == alone
 
 
-def test_a_larger_target_goes_on_and_a_smaller_one_takes_the_surplus_away(tmp_path, alone):
+def test_a_larger_target_goes_on_and_a_smaller_one_loses_nothing(tmp_path, alone):
     root = tmp_path / "grown"
     more = (Quota(**{**MEANT.__dict__, "target": 8}), PERTURBED)
-    labour(root, more, ToyMaker(tmp_path / "grown.log"))
-    assert len(swept(root, more)) > len(swept(root, QUOTAS))
-    assert content(root) == alone
+    for quotas in (QUOTAS, more):
+        labour(root, quotas, ToyMaker(tmp_path / "grown.log"))
+    rows = finished(root)
+    assert sum(row["success"] for row in rows if not row["episode"].startswith("perturbed")) == 8
+    grown = content(root)
+    assert {name: grown[name] for name in alone} == alone
+    labour(root, QUOTAS, ToyMaker(tmp_path / "grown.log"))
+    assert finished(root) == rows
+    assert content(root) == grown
+
+
+def test_rows_come_in_the_order_of_their_numbers_also_beyond_four_digits(tmp_path):
+    (tmp_path / "attempts").mkdir()
+    names = ["0002", "9999", "10000", "perturbed_0001"]
+    for name in reversed(names):
+        (tmp_path / "attempts" / f"{name}.json").write_text(f'{{"episode": "{name}"}}')
+    assert [row["episode"] for row in finished(tmp_path)] == names
 
 
 def test_a_process_that_dies_is_named_with_the_attempt_it_leaves(tmp_path):
     prepare = functools.partial(ToyMaker, tmp_path / "log", 0.0, 3)
-    with pytest.raises(RuntimeError, match=r"\(7\).*0003 is not made"):
+    with pytest.raises(CrewDied, match=r"\(7\).*0003 is not made"):
         labour_together(tmp_path / "crew", QUOTAS, prepare, 2, lambda rows: None)
 
 
@@ -97,7 +111,7 @@ def test_a_damaged_row_is_named(tmp_path):
     labour(tmp_path, QUOTAS, ToyMaker(tmp_path / "log"))
     (tmp_path / "attempts" / "0001.json").write_text('{"ran": tr')
     with pytest.raises(BadInput, match=r"0001\.json.*delete"):
-        swept(tmp_path, QUOTAS)
+        finished(tmp_path)
 
 
 def test_what_a_killed_process_left_half_done_is_made_again(tmp_path, alone):
@@ -108,7 +122,7 @@ def test_what_a_killed_process_left_half_done_is_made_again(tmp_path, alone):
     (root / "work" / name).mkdir(parents=True)
     (root / "work" / name / "left").write_bytes(b"over")
     labour(root, QUOTAS, ToyMaker(tmp_path / "log2"))
-    swept(root, QUOTAS)
+    finished(root)
     assert content(root) == alone
 
 
@@ -127,8 +141,7 @@ def test_whatever_order_attempts_finish_in_none_is_made_in_vain(outcomes, order,
     while tickets := open_tickets([quota], done):
         ticket = min(tickets, key=lambda ticket: order[ticket.number])
         done[ticket.name] = rows[ticket.number]
-    assert [ticket.number for ticket in quota.wanted(done)] == list(range(expected))
-    assert len(done) == expected
+    assert sorted(done) == [f"{number:04d}" for number in range(expected)]
 
 
 def test_a_held_attempt_is_left_to_its_holder(tmp_path):
