@@ -45,13 +45,13 @@ def merge(
     out: Out,
 ) -> None:
     """One dataset of several with the same features and rate; provenance is merged where all have it."""
-    from sim1.dataset.reshape import merge
+    from sim1.dataset import reshape
     from sim1.stage import BadInput
 
     if len(folders) < 2:
         stop(f"give two datasets or more, got {len(folders)}")
     try:
-        count = merge(folders, out)
+        count = reshape.merge(folders, out)
     except BadInput as error:
         stop(str(error))
     print(f"{count} episodes in {out / 'lerobot'}")
@@ -65,7 +65,7 @@ def split(
     seed: Annotated[int, typer.Option(min=0)] = 0,
 ) -> None:
     """Parts of a dataset; episodes that were made from a common demonstration stay together."""
-    from sim1.dataset.reshape import split
+    from sim1.dataset import reshape
     from sim1.stage import BadInput
 
     try:
@@ -75,7 +75,7 @@ def split(
     if len(shares) < len(share) or not all(name.isidentifier() for name in shares):
         stop(f"--share {' '.join(share)}: every part needs a name of its own, of letters, digits and _")
     try:
-        counts = split(folder, shares, out, seed)
+        counts = reshape.split(folder, shares, out, seed)
     except BadInput as error:
         stop(str(error))
     for name, count in counts.items():

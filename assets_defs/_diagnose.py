@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from assets_defs._open import stop
+from assets_defs._progress import bar
 
 Bundle = Annotated[Path, typer.Argument(help="Folder with bundle.yaml, format sim1.recordings/1.")]
 
@@ -34,7 +35,7 @@ def diagnose(
     from sim1.stage import BadInput
 
     try:
-        with _progress() as tell:
+        with bar(1.0) as tell:
             from sim1.mismatch.findings import run_diagnosis
 
             verdict = run_diagnosis(bundle, out, tell, budget_minutes and 60 * budget_minutes)
@@ -58,26 +59,10 @@ def predict(
     from sim1.stage import BadInput
 
     try:
-        with _progress() as tell:
+        with bar(1.0) as tell:
             from sim1.mismatch.predict import predict_files
 
             rows = predict_files(bundle, model, out, tell)
     except (BadInput, NotConverged) as error:
         stop(str(error))
     print(f"{rows} rows in {out}")
-
-
-def _progress():
-    from contextlib import contextmanager
-
-    @contextmanager
-    def shown():
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task("reading", total=1.0)
-            yield lambda share, what: bar.update(task, completed=share, description=what)
-
-    return shown()

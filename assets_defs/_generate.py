@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from assets_defs._open import open_home, stop
+from assets_defs._progress import bar
 
 
 def generate(
@@ -29,6 +30,8 @@ def generate(
 
     Ctrl-C or a crash loses the attempts under way, no others. Several such commands may work in one folder.
     """
+    from assets_defs._store import StoreError
+    from sim1.motion.crew import CrewDied
     from sim1.stage import BadInput
 
     asked = out and out.resolve()
@@ -41,10 +44,15 @@ def generate(
 
         configs = (dataclasses.replace(config_of(nodes[0]), seed=seed), config_of(nodes[1]))
         began = time.monotonic()
-        with _told(target) as tell:
+        with bar(target) as show:
+
+            def tell(rows: dict[str, dict[str, Any]]) -> None:
+                accepted = sum(row["accepted"] for row in rows.values())
+                show(min(accepted, target), f"{accepted} of {target} accepted, {len(rows)} attempts")
+
             rows = generate_until(inputs, garment, variant, configs, versions, folder, target, workers, tell)
-    except (BadInput, LookupError, RuntimeError) as error:
-        stop(home.relative(str(error.args[0])))
+    except (BadInput, StoreError, CrewDied) as error:
+        stop(home.relative(str(error)))
     except KeyboardInterrupt:
         typer.secho("stopped; the same command goes on where it was", err=True)
         raise typer.Exit(130) from None
@@ -57,15 +65,16 @@ def given(
     """Inputs of both stages, their nodes, and the data version of each input.
 
     Raises:
-        LookupError: no such garment or variant.
-        RuntimeError: an artifact is missing or damaged (StoreError).
+        BadInput: no such garment or variant.
+        StoreError: an artifact is missing or damaged.
     """
     from assets_defs._store import verified
+    from sim1.stage import BadInput
 
     if garment not in home.garments():
-        raise LookupError(f"{garment}: there is no data/garments/{garment}.yaml; there are {home.garments()}")
+        raise BadInput(f"{garment}: there is no data/garments/{garment}.yaml; there are {home.garments()}")
     if variant not in (None, *graph.variants):
-        raise LookupError(f"--variant {variant}: there are {sorted(graph.variants)}")
+        raise BadInput(f"--variant {variant}: there are {sorted(graph.variants)}")
     stages = ("candidate_trajectories", "valid_trajectories")
     nodes = [graph.nodes.get(f"{variant}/{name}") or graph.nodes[name] for name in stages]
     needed = {name: id_ for node in nodes for name, id_ in node.needs.items() if name not in stages}
@@ -74,29 +83,6 @@ def given(
         path, record = verified(home, graph.nodes[id_], garment)
         inputs[name], versions[name] = {garment: path}, record["data_version"]
     return inputs, nodes, versions
-
-
-def _told(target: int):
-    """A context that shows how far the run is."""
-    from contextlib import contextmanager
-
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-    @contextmanager
-    def shown():
-        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task("reading", total=target)
-
-            def tell(rows: dict[str, dict[str, Any]]) -> None:
-                accepted = sum(row["accepted"] for row in rows.values())
-                said = f"{accepted} of {target} accepted, {len(rows)} attempts"
-                bar.update(task, completed=min(accepted, target), description=said)
-
-            yield tell
-
-    return shown()
 
 
 def _print(rows: list[dict[str, Any]], target: int, seconds: float, where: str) -> None:

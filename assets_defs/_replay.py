@@ -20,6 +20,7 @@ def replay(
     ] = False,
 ) -> None:
     """Simulate an episode again and compare every number with the recorded one: the same bytes on the CPU."""
+    from assets_defs._store import StoreError
     from sim1.stage import BadInput
 
     folder = episode.resolve()
@@ -33,8 +34,8 @@ def replay(
             found = replay_seed(inputs, origin.garment, config, folder)
         else:
             found = replay_commands(inputs, folder)
-    except (BadInput, LookupError, RuntimeError) as error:
-        stop(home.relative(str(error.args[0])))
+    except (BadInput, StoreError) as error:
+        stop(home.relative(str(error)))
     print(found.said())
     if not found.same:
         raise typer.Exit(1)
@@ -55,17 +56,19 @@ def _given(home, graph, folder: Path, origin: _Origin) -> tuple[dict[str, dict[s
     """Inputs of the stage that simulated the episode, and its settings then.
 
     Raises:
-        RuntimeError: an input is missing or damaged (StoreError), or is not the one that the episode was made from.
+        BadInput: an input is not the one that the episode was made from.
+        StoreError: an input is missing or damaged.
     """
     from assets_defs._config import config_of
     from assets_defs._store import verified
+    from sim1.stage import BadInput
 
     node = graph.nodes.get(f"{origin.variant}/{origin.stage}") or graph.nodes[origin.stage]
     inputs = {}
     for name, id_ in node.needs.items():
         path, record = verified(home, graph.nodes[id_], origin.garment)
         if record["data_version"] != origin.versions[name]:
-            raise RuntimeError(
+            raise BadInput(
                 f"{folder}: was made from version {origin.versions[name]} of {name}, the store has "
                 f"{record['data_version']}; check out what made it, or make the episode again"
             )
@@ -74,7 +77,9 @@ def _given(home, graph, folder: Path, origin: _Origin) -> tuple[dict[str, dict[s
 
 
 def _origin(folder: Path) -> _Origin:
-    """Raises LookupError where the episode is nobody's."""
+    """Raises BadInput where the episode is nobody's."""
+    from sim1.stage import BadInput
+
     root = folder.parent.parent
     if (root / "plan.json").is_file():  # of `sim1 generate`
         plan = json.loads((root / "plan.json").read_text())
@@ -88,12 +93,12 @@ def _origin(folder: Path) -> _Origin:
     try:
         record = json.loads((root / "artifact.json").read_text())
     except OSError:
-        raise LookupError(
+        raise BadInput(
             f"{folder}: is no episode of an artifact (there is no artifact.json or plan.json two folders up); "
             "give data/store/STAGE/GARMENT/episodes/NNNN"
         ) from None
     if record["stage"] not in STAGES:
-        raise LookupError(
+        raise BadInput(
             f"{folder}: {record['stage']} keeps a copy; give the episode of candidate_trajectories of the same name"
         )
     parts = record["parts"]

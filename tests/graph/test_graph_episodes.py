@@ -5,6 +5,7 @@ import json
 import pytest
 
 from assets_defs._replay import _origin
+from sim1.stage import BadInput
 
 
 def test_generating_needs_a_garment_that_there_is(project):
@@ -45,5 +46,5 @@ def test_a_generated_episode_knows_what_made_it(tmp_path):
 
 def test_a_copy_points_to_where_the_episode_was_simulated(tmp_path):
     (tmp_path / "artifact.json").write_text(json.dumps({"stage": "valid_trajectories"}))
-    with pytest.raises(LookupError, match="episode of candidate_trajectories of the same name"):
+    with pytest.raises(BadInput, match="episode of candidate_trajectories of the same name"):
         _origin(tmp_path / "episodes" / "0001")
