@@ -170,3 +170,14 @@ def test_a_pool_that_nobody_can_reach_is_refused_with_the_reason(artifacts, reac
     write_pool(tmp_path, far)
     with pytest.raises(BadInput, match=r"no path could be planned \(unreachable\)"):
         motion_likeness({**artifacts, "segment_pool": {"sheet": tmp_path}}, tmp_path, replace(TINY, tries_per_path=1))
+
+
+def test_straight_lines_are_measured_beside_the_baselines(artifacts, tmp_path):
+    (tmp_path / "model").mkdir()
+    (tmp_path / "out").mkdir()
+    write_model(tmp_path / "model", a_model("straight"))
+    motion_likeness({**artifacts, "motion_model": {"sheet": tmp_path / "model"}}, tmp_path / "out", TINY)
+    record = json.loads((tmp_path / "out" / "likeness.json").read_text())
+    assert set(record["figures"]) == {"demonstrations", "straight", "minimum_jerk", "slicing"}
+    assert record["figures"]["straight"]["path_ratio"]["value"] == pytest.approx(1, abs=0.05)
+    assert "Straight lines" in (tmp_path / "out" / "report.html").read_text()

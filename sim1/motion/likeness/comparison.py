@@ -159,6 +159,8 @@ def _copies(demos: Paths, others: Paths) -> dict[str, Figure]:
         theirs, shares = _shapes(demos.movements), []
         apart = []
         for order, part in _shapes(others.movements).items():
+            if order not in theirs:  # demonstrations had nothing to copy there
+                continue
             smallest = nearest_of_the_rest(theirs[order]).min()
             found = nearest_distances(part, theirs[order])
             apart.append(found)

@@ -16,7 +16,8 @@ STAND_IN = (
     "tremor, so regular that small errors of a sampler give it away. Likeness to people was not measured."
 )
 COLUMNS = {
-    "demonstrations": "Demonstrations", "diffusion": "Diffusion", "minimum_jerk": "Minimum jerk", "slicing": "Slicing"
+    "demonstrations": "Demonstrations", "diffusion": "Diffusion", "straight": "Straight lines",
+    "minimum_jerk": "Minimum jerk", "slicing": "Slicing",
 }  # fmt: skip
 # Figure of the record, line of the table, meaning.
 LINES = (

@@ -25,7 +25,8 @@ from sim1.stage import random_stream
 if TYPE_CHECKING:
     from sim1.motion.stage import MotionLikenessConfig
 
-METHODS = ("diffusion", "minimum_jerk", "slicing")
+METHODS = ("diffusion", "straight", "minimum_jerk", "slicing")
+BASELINES = ("minimum_jerk", "slicing")  # planned beside whatever model is in force
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +90,7 @@ def make_plans(
 
 def by_method(model: MotionModel) -> dict[str, MotionModel]:
     """The model as it is, and the baselines with its durations."""
-    return {name: replace(model, method=name) for name in METHODS if name in (model.method, *METHODS[1:])}
+    return {name: replace(model, method=name) for name in METHODS if name in (model.method, *BASELINES)}
 
 
 def _paths(demos: dict[str, list[Segment]], source_of: dict[str, Callable[[int], str]]) -> Paths:

@@ -11,7 +11,7 @@ from sim1.motion.likeness.features import Movement
 from sim1.motion.likeness.smoothness import speed
 from sim1.picture_file import save_figure
 
-COLORS = {"diffusion": "tab:blue", "minimum_jerk": "tab:orange", "slicing": "tab:green"}
+COLORS = {"diffusion": "tab:blue", "straight": "tab:red", "minimum_jerk": "tab:orange", "slicing": "tab:green"}
 MOST = 24  # lines of a kind in one panel: more are a carpet
 COLUMNS = 4  # places in the task that are shown
 
