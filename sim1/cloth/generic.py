@@ -48,7 +48,7 @@ class GenericCloth:
 
     def rebuild_bvh(self) -> None:
         """Build the search trees of the self-contact anew."""
-        if self._self_contact and self._state is not None:
+        if self._self_contact:
             self._solver.rebuild_bvh(self._state)
 
     def step(self, now: Any, then: Any, control: Any, contacts: Any, dt: float) -> None:

@@ -7,6 +7,7 @@ from sim1.data_file import read_data_file
 from sim1.stage import stage_config
 
 SCHEMA = "sim1.thresholds/1"
+FILE = Path(__file__).with_name("thresholds.yaml")
 
 
 @stage_config
@@ -53,4 +54,4 @@ def read_thresholds(path: Path) -> Thresholds:
     return Thresholds(named=measured.named, second=measured.named)
 
 
-THRESHOLDS = read_thresholds(Path(__file__).with_name("thresholds.yaml"))
+THRESHOLDS = read_thresholds(FILE)

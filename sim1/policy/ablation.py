@@ -61,8 +61,8 @@ def count_variant(inputs: Inputs, variant: str) -> Row:
         raise BadInput(f"ablation {variant!r}: no artifact of {', '.join(missing)}; materialize it first")
     decisions = read_decisions(found["valid_trajectories"])
     decisions = decisions[~decisions["perturbed"]]  # disturbed on purpose, for the filters to see failures
-    # What lies downstream of a changed stage is changed too: other trajectories never stand beside the base's policy.
-    tried = own != ["valid_trajectories"]  # a variant may end before its policy
+    # A variant may end before its policy. Other trajectories never stand beside the base's one: it was not tried, then.
+    tried = "policy" in own or "valid_trajectories" not in own
     trials = pd.concat([read_table(path / "evaluation.parquet") for path in found["policy"].values()])
     largest = trials[trials["size"] == trials["size"].max()] if tried else trials[:0]
     return Row(

@@ -34,7 +34,8 @@ def write_ablation_page(out: Path, rows: Sequence[Row]) -> None:
         "Garment scans may be virtual (made by a depth-camera model), demonstrations come from a scripted expert instead of "
         "a teleoperator, and the stand-in reality is a simulator too; where there are recordings of real cloth, trials are in the cell that made the data.",
         "The paper's columns texture, lighting and viewpoint change pictures or friction; this policy sees joints and garment "
-        "keypoints alone, so pictures cannot change its result, and friction was not varied: not measured.",
+        "keypoints alone, so pictures cannot change its result, and friction differs from the training data's by one concealed amount in "
+        "all trials: not measured.",
     ]
     sections = [
         Section(
