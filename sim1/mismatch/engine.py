@@ -31,6 +31,7 @@ class _Stage:
     scene: Scene
     observed: Observed
     defect_m: np.ndarray | float = 0.0  # (N, M, 3) added to what the long step says
+    coarser_m: np.ndarray | None = None  # (K,) what the coarser mesh says, less what the working one does
     rest_m: np.ndarray | None = None  # (V, 3) where it rested last
 
 
@@ -87,6 +88,15 @@ class Engine:
             stage = self.stages[name]
             stage.defect_m = exact - working
             stage.observed = replace(stage.observed, mesh_m=mesh_error(stage.observed, working - rough))
+            stage.coarser_m = stage.observed.reduce(rough - working)
+
+    def coarser(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        """What residuals (K,) would change by on a coarser mesh, by `refine`'s last look; zero before any."""
+        found = {}
+        for name in names:
+            one, change = self.stages[name].observed, self.stages[name].coarser_m
+            found[name] = np.zeros(len(one.measured_m)) if change is None else one.white(change)
+        return found
 
     def foretell(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Markers (N, M, 3) from rest and drives alone, nothing pulled: what `sim1 predict` would say."""

@@ -15,18 +15,20 @@ from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
 from sim1.mismatch.fit import promised
 from sim1.mismatch.forces_file import write_forces
-from sim1.mismatch.model_file import deviations, effect_entry, interval, physics_of
+from sim1.mismatch.model_file import effect_entry, interval, physics_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.page import write_page
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.strict_json import write_json
 from sim1.mismatch.summary import Prices, Summary
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
+from sim1.mismatch.uncertainty import deviations
 from sim1.mismatch.verdict import Verdict
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
 
 LOST = "it promised something, and no simulation with it found its way from rest to the end: not judged"
+EASED = 4.0  # by which scores are divided before they are called odds
 LEFT_NATS, LEFT_SHARE = 3.0, 0.02  # that a search may leave; the share is of what the verdict rests on
 SEPARATING = {  # the recording that tells two explanations apart
     frozenset(
@@ -86,7 +88,7 @@ def _whole(path: Path, write: Callable[[Path], None]) -> None:
 
 def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Verdict:
     """The answer for programs."""
-    chances = probabilities(found, thresholds)
+    chances = probabilities(found.models, found.verdict, thresholds)
     columns, share = found.located.region()
     ids = bundle.anchors.marker
     before, after = found.rmse_m["baseline"], found.rmse_m["augmented"]
@@ -125,13 +127,17 @@ def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESH
     )
 
 
-def probabilities(found: Diagnosis, thresholds: Thresholds) -> dict[str, float]:
-    """Posterior share of every effect over the models that were fitted, scores eased by what nulls scatter."""
-    scores = np.array([rating(model, thresholds) for model in found.models]) / 4.0
-    weight = np.exp(-(scores - scores.min()))
-    weight /= weight.sum()
+def probabilities(models: tuple[Model, ...], verdict: str, thresholds: Thresholds) -> dict[str, float]:
+    """Posterior share of every effect over the models that were fitted, scores eased by what nulls scatter.
+
+    Even odds with the baseline are where a name begins. Where the verdict is `unknown`, something that no model holds is as probable as all
+    of them together.
+    """
+    scores = np.array([rating(model, thresholds) + thresholds.named * bool(model.terms) for model in models])
+    weight = np.exp(-(scores - scores.min()) / EASED)
+    weight /= weight.sum() * (2.0 if verdict == "unknown" else 1.0)
     chances: dict[str, float] = {}
-    for model, share in zip(found.models, weight, strict=True):
+    for model, share in zip(models, weight, strict=True):
         for name in model.terms:
             chances[name] = chances.get(name, 0.0) + float(share)
     return {name: min(max(chance, 0.0), 1.0) for name, chance in chances.items()}

@@ -40,6 +40,7 @@ class Fit:
     temper: Tempers
     residuals: dict[str, np.ndarray]  # (K,)
     slopes: dict[str, np.ndarray]  # (K, P)
+    coarser: dict[str, np.ndarray]  # (K,) what residuals would change by on a coarser mesh
     converged: bool
 
     @property
@@ -125,6 +126,7 @@ def fit(
         temper=temper,
         residuals=residuals,
         slopes=slopes,
+        coarser=engine.coarser(names),
         converged=converged,
     )
 

@@ -13,16 +13,11 @@ from sim1.cloth.precise.held_places import estimated_places, hold_keys
 from sim1.cloth.precise.start import table_z
 from sim1.cloth.precise.world import World
 from sim1.mismatch.fit import Fit
+from sim1.mismatch.uncertainty import covariance, deviations
 from sim1.recording.bundle import Bundle
 
-WIDEN = 2.0  # of Laplace's standard deviations, which know nothing of a simulator that is wrong; see docs/mismatch.md for what they hold
 SAMPLES = 400  # of the posterior, for intervals of what is computed from coefficients
 FABRIC = ("area_density_kg_m2", "thickness_m", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
-
-
-def deviations(found: Fit) -> np.ndarray:
-    """Standard deviations (P,) of z: Laplace's, widened."""
-    return WIDEN * np.sqrt(np.diag(found.covariance))
 
 
 def interval(c: Coefficient, z: float, deviation: float) -> tuple[float, float]:
@@ -53,11 +48,11 @@ def physics_of(bundle: Bundle, found: Fit) -> ClothPhysics:
 
 
 def effect_entry(found: Fit, term: int) -> dict[str, Any]:
-    """`{name, parameters: {p: {value, ci95, unit}}}` of a term, intervals from samples of the Laplace posterior."""
+    """`{name, parameters: {p: {value, ci95, unit}}}` of a term, intervals from normal samples of z."""
     effect: type[Effect] = found.unknowns.terms[term].effect
     stream = np.random.default_rng(0)
     low, high = found.unknowns.bounds()
-    draws = stream.multivariate_normal(found.z, WIDEN**2 * found.covariance, size=SAMPLES, method="eigh")
+    draws = stream.multivariate_normal(found.z, covariance(found), size=SAMPLES, method="eigh")
     draws = np.clip(draws, low, high)
     at = effect.published(found.unknowns.world(found.z), found.unknowns.values(term, found.z))
     sampled = [effect.published(found.unknowns.world(z), found.unknowns.values(term, z)) for z in draws]

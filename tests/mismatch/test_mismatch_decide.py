@@ -7,6 +7,7 @@ import pytest
 from small_bundle import empty_bundle
 
 from sim1.mismatch.decide import decide, explained, mean_square, not_borne_out
+from sim1.mismatch.findings import probabilities
 from sim1.mismatch.fit import Fit, loss
 from sim1.mismatch.models import Model
 from sim1.mismatch.search import baseline
@@ -32,6 +33,7 @@ def pool_of(unknowns, gains, misfits=None):
             names=("only",),
             residuals={"only": residual},
             slopes={"only": np.zeros((10, 0))},
+            coarser={"only": np.zeros(10)},
             temper={"only": float(loss(residual).sum()) / wanted},
             converged=True,
         )
@@ -47,6 +49,7 @@ def fitted(unknowns, **mean_squares):
         names=tuple(mean_squares),
         residuals={name: np.full(400, np.sqrt(value)) for name, value in mean_squares.items()},
         slopes={name: np.zeros((400, 0)) for name in mean_squares},
+        coarser={name: np.zeros(400) for name in mean_squares},
         temper=dict.fromkeys(mean_squares, 1.0),
         converged=True,
     )
@@ -138,3 +141,12 @@ def test_a_second_effect_need_not_rival_the_first_where_it_explains_what_that_le
 def test_wind_must_earn_what_it_adds_to_the_drag_that_it_contains(unknowns):
     assert verdict(unknowns, {("wind",): 310.0, ("air_drag",): 300.0}) == ("named", ("air_drag",))
     assert verdict(unknowns, {("wind",): 400.0, ("air_drag",): 300.0}) == ("named", ("wind",))
+
+
+def test_even_odds_are_where_a_name_begins_and_the_unknown_is_as_probable_as_all_names(unknowns):
+    pool = tuple(pool_of(unknowns, {("air_drag",): THRESHOLDS.named}))
+    assert probabilities(pool, "named", THRESHOLDS)["air_drag"] == pytest.approx(0.5)
+    pool = tuple(pool_of(unknowns, {("air_drag",): THRESHOLDS.named + 100, ("wind",): THRESHOLDS.named + 100}))
+    assert sum(probabilities(pool, "named", THRESHOLDS).values()) == pytest.approx(1.0, abs=1e-6)
+    assert sum(probabilities(pool, "unknown", THRESHOLDS).values()) == pytest.approx(0.5, abs=1e-6)
+    assert probabilities(tuple(pool_of(unknowns, {("wind",): 0.0})), "none", THRESHOLDS)["wind"] < 0.01

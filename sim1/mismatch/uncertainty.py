@@ -1,0 +1,57 @@
+"""How far off fitted coefficients may be: the noise, what recordings disagree on, and what the mesh gets wrong.
+
+Laplace's covariance takes the simulator for right and its errors for independent. Where it is wrong, it is wrong in its own way in every
+recording, and in one way in all of them where its mesh is to blame. Three parts, added:
+
+* Laplace's, widened: nearby markers share errors.
+* The scatter among recordings: what each pulls the coefficients by, the covariance of a cluster-robust (sandwich) estimator (Liang and Zeger
+  1986) with recordings as clusters. These are few: Student's quantile in place of the normal one, with Welch's and Satterthwaite's degrees of
+  freedom.
+* The mesh: what the coefficients would be on the coarser one, times the share of that change that the working one is taken to be off by.
+"""
+
+import numpy as np
+from scipy import stats
+
+from sim1.mismatch.compare import MESH_SHARE
+from sim1.mismatch.fit import Fit, weights
+
+WIDEN = 2.0  # of Laplace's standard deviations; see docs/mismatch.md for what the intervals hold
+QUANTILE = 0.975
+
+
+def covariance(found: Fit) -> np.ndarray:
+    """Covariance (P, P) of z, such that 1.96 of its standard deviations are a 95 % interval."""
+    laplace = WIDEN**2 * found.covariance
+    among = scatter(found)
+    shift = MESH_SHARE * mesh_shift(found)
+    whole = laplace + among + np.outer(shift, shift)
+    share = np.diag(among) / np.diag(whole)
+    freedom = max(len(found.names) - 1, 1) / np.maximum(share**2, 1e-12)
+    longer = stats.t.ppf(QUANTILE, freedom) / stats.norm.ppf(QUANTILE)
+    return whole * np.outer(longer, longer)
+
+
+def deviations(found: Fit) -> np.ndarray:
+    """Standard deviations (P,) of z."""
+    return np.sqrt(np.diag(covariance(found)))
+
+
+def scatter(found: Fit) -> np.ndarray:
+    """Covariance (P, P) by which recordings disagree; zero with one recording, which disagrees with none."""
+    count = len(found.names)
+    if count < 2:
+        return np.zeros_like(found.covariance)
+    pulls = np.array([pull(found, name, found.residuals[name]) for name in found.names])
+    off = (pulls - pulls.mean(0)) @ found.covariance
+    return count / (count - 1) * off.T @ off
+
+
+def mesh_shift(found: Fit) -> np.ndarray:
+    """By how much z (P,) would differ on the coarser mesh, to first order."""
+    return -found.covariance @ sum(pull(found, name, found.coarser[name]) for name in found.names)
+
+
+def pull(found: Fit, name: str, residual: np.ndarray) -> np.ndarray:
+    """Gradient (P,) of the negative log likelihood of a recording if its residuals were `residual` (K,), weights as fitted."""
+    return found.slopes[name].T @ (weights(found.residuals[name]) * residual) / found.temper[name]

@@ -1,0 +1,80 @@
+"""Intervals of coefficients, on straight models whose answer is known."""
+
+import numpy as np
+import pytest
+from small_bundle import empty_bundle
+
+from sim1.cloth.effects.coefficient import Coefficient
+from sim1.mismatch.fit import Fit
+from sim1.mismatch.search import Unknowns, baseline
+from sim1.mismatch.uncertainty import WIDEN, deviations, mesh_shift, scatter
+
+NAMES = ("a", "b", "c", "d")
+TRUE = np.array([0.7, -0.4])
+PRIOR_STD = 100.0  # of z: so wide that it says nothing
+
+
+@pytest.fixture(scope="module")
+def unknowns():
+    two = tuple(Coefficient(name=name, unit="1", scale=PRIOR_STD) for name in ("p", "q"))
+    return Unknowns(base=baseline(empty_bundle(motions=2)).base, nominal=two)
+
+
+def fitted(unknowns, stream, off=None, coarser=None, samples=100):
+    """The least squares fit to four recordings; `off` (4, 2): by how much each one's simulations are wrong, as a shift of z."""
+    off = np.zeros((4, 2)) if off is None else off
+    slopes = {name: 2.0 * stream.standard_normal((samples, 2)) for name in NAMES}
+    noise = {name: 0.01 * stream.standard_normal(samples) for name in NAMES}
+    data = {name: slopes[name] @ (TRUE + off[k]) - noise[name] for k, name in enumerate(NAMES)}
+    z = np.linalg.lstsq(np.vstack(list(slopes.values())), np.concatenate(list(data.values())), rcond=None)[0]
+    return Fit(
+        unknowns=unknowns,
+        z=z,
+        names=NAMES,
+        temper=dict.fromkeys(NAMES, 1.0),
+        residuals={name: slopes[name] @ z - data[name] for name in NAMES},
+        slopes=slopes,
+        coarser=coarser(slopes) if coarser else {name: np.zeros(samples) for name in NAMES},
+        converged=True,
+    )
+
+
+def test_recordings_that_agree_leave_laplace_and_its_widening(unknowns):
+    found = fitted(unknowns, np.random.default_rng(1))
+    assert deviations(found) == pytest.approx(WIDEN * np.sqrt(np.diag(found.covariance)), rel=0.01)
+
+
+def test_intervals_hold_the_truth_where_every_recording_errs_in_its_own_way(unknowns):
+    stream, held, laplace = np.random.default_rng(2), [], []
+    for _ in range(300):
+        found = fitted(unknowns, stream, off=0.5 * stream.standard_normal((4, 2)))
+        off = np.abs(found.z - TRUE)
+        held.append(off < 1.96 * deviations(found))
+        laplace.append(off < 1.96 * WIDEN * np.sqrt(np.diag(found.covariance)))
+    assert np.mean(laplace) < 0.8
+    assert 0.9 < np.mean(held) < 0.995
+
+
+def test_scatter_is_that_of_the_mean_of_what_recordings_would_say_alone(unknowns):
+    stream = np.random.default_rng(3)
+    off = stream.standard_normal((4, 2))
+    found = fitted(unknowns, stream, off=0.1 * off, samples=4000)
+    assert scatter(found) == pytest.approx(0.01 * np.cov(off.T) / 4, rel=0.2)
+
+
+def test_what_a_coarser_mesh_would_say_widens_the_coefficient_that_it_moves(unknowns):
+    moved = np.array([0.0, 0.3])
+    found = fitted(
+        unknowns, np.random.default_rng(4), coarser=lambda slopes: {name: j @ moved for name, j in slopes.items()}
+    )
+    assert mesh_shift(found) == pytest.approx(-moved, abs=0.01)
+    wider = deviations(found) / (WIDEN * np.sqrt(np.diag(found.covariance)))
+    assert wider[0] == pytest.approx(1.0, abs=0.02)
+    assert wider[1] > 1.3
+
+
+def test_one_recording_disagrees_with_none(unknowns):
+    found = fitted(unknowns, np.random.default_rng(5))
+    alone = Fit(**{**vars(found), "names": ("a",)})
+    assert np.all(scatter(alone) == 0.0)
+    assert np.isfinite(deviations(alone)).all()
