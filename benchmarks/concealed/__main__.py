@@ -1,6 +1,7 @@
 """`python -m benchmarks.concealed make|many|list`: bundles with something concealed, and the answers in files of their own."""
 
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -24,9 +25,12 @@ def make(
     held_out: Annotated[
         Path | None, typer.Option(help="folder of a bundle for prediction, of two more motions")
     ] = None,
+    motion: Annotated[
+        list[str] | None, typer.Option(help="to film, in this order, in place of drawn ones; repeat it")
+    ] = None,
 ) -> None:
     """Film one case."""
-    found = make_case(_case(effect, strength, seed), bundle, answers, held_out)
+    found = make_case(replace(_case(effect, strength, seed), motions=tuple(motion or ())), bundle, answers, held_out)
     typer.echo(_line(found))
 
 

@@ -34,6 +34,8 @@ class Case:
     effects: tuple[str, ...]
     strength: str
     seed: int
+    motions: tuple[str, ...] = ()
+    """To film, in place of those that are drawn."""
 
     def __post_init__(self) -> None:
         """Refuse what there is not."""
@@ -42,6 +44,9 @@ class Case:
                 raise ValueError(f"no effect {name!r}: choose from {', '.join(LIBRARY)}")
         if self.strength not in STRENGTHS:
             raise ValueError(f"no strength {self.strength!r}: choose from {', '.join(STRENGTHS)}")
+        for name in self.motions:
+            if name not in MOTIONS:
+                raise ValueError(f"no motion {name!r}: choose from {', '.join(MOTIONS)}")
 
     @property
     def folder(self) -> str:
@@ -60,9 +65,20 @@ class Case:
 
 
 def plans(case: Case, setting: Setting) -> list[Plan]:
-    """FILMED motions, at least three of which show the effect, and HELD_OUT others, the first of which does."""
+    """FILMED motions, at least three of which show the effect, and HELD_OUT others, the first of which does; or those that were chosen."""
     rng = case.stream("motions")
     shown_by = sorted({name for effect in case.effects for name in LIBRARY[effect].shown_by}, key=list(MOTIONS).index)
+    chosen, held_out = (list(case.motions), []) if case.motions else _drawn(case, shown_by, rng)
+    out = []
+    for number, name in enumerate([*chosen, *held_out]):
+        motion = MOTIONS[name](setting.cloth, setting.columns, setting.rows, rng)
+        placed = motion.placed(setting.yaw_rad + rng.normal(0, 0.05), setting.shift_m)
+        out.append(Plan(f"{name}_{'abcdefghijklmnop'[number]}", placed, name in shown_by, number >= len(chosen)))
+    return out
+
+
+def _drawn(case: Case, shown_by: list[str], rng: np.random.Generator) -> tuple[list[str], list[str]]:
+    """Motions to film, in their order, and to hold out."""
     table = [name for name in shown_by if name in TABLE_MOTIONS]
     if table:
         pool = [*TABLE_MOTIONS, *rng.choice(FREE_MOTIONS, 3, replace=False)]
@@ -78,13 +94,7 @@ def plans(case: Case, setting: Setting) -> list[Plan]:
     chosen += rest[: FILMED - len(chosen)]
     held_out = [next((name for name in shown if name not in chosen), shown[0])]
     held_out.append(next(name for name in rest if name not in chosen and name not in held_out))
-    order = [str(name) for name in rng.permutation(chosen)]
-    out = []
-    for number, name in enumerate([*order, *held_out]):
-        motion = MOTIONS[name](setting.cloth, setting.columns, setting.rows, rng)
-        placed = motion.placed(setting.yaw_rad + rng.normal(0, 0.05), setting.shift_m)
-        out.append(Plan(f"{name}_{'abcdefg'[number]}", placed, name in shown_by, number >= FILMED))
-    return out
+    return [str(name) for name in rng.permutation(chosen)], held_out
 
 
 def _spread(case: Case, shown: list[str], rng: np.random.Generator) -> list[str]:

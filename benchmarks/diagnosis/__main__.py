@@ -1,4 +1,4 @@
-"""`python -m benchmarks.diagnosis at-truth CASE...`: what a simulation leaves of the recordings of `benchmarks.concealed` at the true parameters."""
+"""`python -m benchmarks.diagnosis at-truth|separate`: the diagnosis' simulator at the true parameters; recordings that settle a doubt."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,13 +6,9 @@ from typing import Annotated
 import typer
 
 from benchmarks.diagnosis.at_truth import at_truth
+from benchmarks.diagnosis.separating import separate
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help=__doc__)
-
-
-@app.callback()
-def _named() -> None:
-    """Keep the command's name, which typer drops where there is one alone."""
 
 
 @app.command("at-truth")
@@ -22,6 +18,19 @@ def compare_at_truth(
     """Print what is left of the recordings at the true parameters: free runs and pulled ones, two meshes."""
     for folder in cases:
         typer.echo(at_truth(folder) + "\n")
+
+
+@app.command("separate")
+def separate_names(
+    effect: Annotated[str, typer.Argument(help="concealed")],
+    out: Annotated[Path, typer.Option(help="folder for films and findings")],
+    motion: Annotated[list[str], typer.Option(help="filmed in both bundles; repeat it")],
+    adding: Annotated[list[str], typer.Option(help="filmed in the second one as well; repeat it")],
+    strength: str = "medium",
+    seed: int = 0,
+) -> None:
+    """Diagnose the same cloth without and with the recording that a report asks for."""
+    typer.echo(separate(effect, strength, seed, tuple(motion), tuple(adding), out))
 
 
 if __name__ == "__main__":

@@ -93,7 +93,7 @@ def decision(attempt: dict[str, Any], folder: Path, filters: Filters) -> dict[st
     if config.use_rules and broken:
         reasons.append(f"rules: {broken[0]}" + (f" and {len(broken) - 1} more" if len(broken) > 1 else ""))
     if config.use_video and not filters.discriminator.abstains and ran and not video_passes:
-        reasons.append(f"video: score {score:.3f} below {filters.discriminator.threshold:.3f}")
+        reasons.append(f"video: score {score:.4f} below {filters.discriminator.threshold:.4f}")
     return {
         "attempt": int(attempt["attempt"]),
         "episode": attempt["episode"],
