@@ -1,4 +1,4 @@
-"""`python -m benchmarks.diagnosis at-truth|separate`: the diagnosis' simulator at the true parameters; recordings that settle a doubt."""
+"""`python -m benchmarks.diagnosis at-truth|cost|separate`: simulator at the true parameters, seconds, recordings that settle a doubt."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from benchmarks.diagnosis.at_truth import at_truth
+from benchmarks.diagnosis.cost import cost
 from benchmarks.diagnosis.separating import separate
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help=__doc__)
@@ -18,6 +19,12 @@ def compare_at_truth(
     """Print what is left of the recordings at the true parameters: free runs and pulled ones, two meshes."""
     for folder in cases:
         typer.echo(at_truth(folder) + "\n")
+
+
+@app.command("cost")
+def diagnosis_cost(bundles: Annotated[list[Path], typer.Argument(help="folders of bundles")]) -> None:
+    """Diagnose bundles and print where the seconds go."""
+    typer.echo(cost(bundles))
 
 
 @app.command("separate")
