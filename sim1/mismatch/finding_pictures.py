@@ -12,6 +12,8 @@ from sim1.recording.bundle import Bundle, Recording
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+from sim1.picture_file import save_figure
+
 
 def draw_forces(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     """Map of the missing force on the cloth and its course in every recording."""
@@ -32,7 +34,7 @@ def draw_forces(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     left.set(xlabel="u [mm]", ylabel="v [mm]", aspect="equal", title="on the cloth")
     left.invert_yaxis()
     right.set(xlabel="time [s]", ylabel="missing force [mN rms per coordinate]", title="over time", ylim=(0, None))
-    figure.savefig(path, dpi=110, format="png")
+    save_figure(figure, path, dpi=110)
     plt.close(figure)
 
 
@@ -48,7 +50,7 @@ def draw_heldout_error(path: Path, bundle: Bundle, found: Diagnosis) -> None:
         axis.axhline(1e3 * found.noise_m, color="k", ls=":", label="noise (blocks of 40 ms)")
         axis.set(xlabel="time [s]", ylabel="error [mm rms]", title=name, ylim=(0, None))
         axis.legend(fontsize=8)
-    figure.savefig(path, dpi=110, format="png")
+    save_figure(figure, path, dpi=110)
     plt.close(figure)
 
 
@@ -72,7 +74,7 @@ def draw_key_frames(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     axes[0].set_ylabel("z [mm]")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", fontsize=8)
     figure.suptitle(f"{name}: the moments at which the baseline is most wrong in each quarter")
-    figure.savefig(path, dpi=110, format="png")
+    save_figure(figure, path, dpi=110)
     plt.close(figure)
 
 

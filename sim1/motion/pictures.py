@@ -12,14 +12,10 @@ from matplotlib.patches import Patch
 from sim1.episode import ARMS, RATE_HZ, Episode
 from sim1.motion.poses import ToolPath
 from sim1.motion.segments import Span
+from sim1.picture_file import save_figure
 
 ARM_COLORS = {"left": "tab:blue", "right": "tab:orange"}
 SHADE = {"interacting": "#f6d9b0", "moving": "#ffffff"}
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write a PNG without time stamps."""
-    figure.savefig(path, dpi=90, metadata={"Software": None})
 
 
 def draw_segmentation(path: Path, demo: str, episode: Episode, measured: ToolPath, spans: list[Span]) -> None:
@@ -44,7 +40,7 @@ def draw_segmentation(path: Path, demo: str, episode: Episode, measured: ToolPat
     handles, labels = top.get_legend_handles_labels()
     handles.append(Patch(color=SHADE["interacting"]))
     top.legend(handles, [*labels, "interacting"], loc="lower right", fontsize=8, ncols=3)
-    save(figure, path)
+    save_figure(figure, path, dpi=90)
 
 
 def draw_training(path: Path, losses: list[float], trivial: float) -> None:
@@ -60,7 +56,7 @@ def draw_training(path: Path, losses: list[float], trivial: float) -> None:
     axes.set(yscale="log", xlabel="training step", ylabel="mean squared error [residual variance]")
     axes.set_title("Training of the motion model")
     axes.legend(fontsize=8)
-    save(figure, path)
+    save_figure(figure, path, dpi=90)
 
 
 def draw_samples(path: Path, title: str, pairs: list[tuple[ToolPath, list[ToolPath]]]) -> None:
@@ -78,7 +74,7 @@ def draw_samples(path: Path, title: str, pairs: list[tuple[ToolPath, list[ToolPa
     grid[0, 0].set_ylabel("finger tips above table [mm]")
     grid[1, 0].set_ylabel("speed [m/s]")
     figure.suptitle(title, fontsize=11)
-    save(figure, path)
+    save_figure(figure, path, dpi=90)
 
 
 def _draw_path(height: Any, speed: Any, path: ToolPath, arm: int, style: dict[str, Any]) -> None:
@@ -113,4 +109,4 @@ def draw_attempts(
     figure.supylabel("x [m]", fontsize=8)
     which = "Attempts" if len(rows) == count else f"{len(rows)} of {count} attempts"
     figure.suptitle(f"{which} from above: placed (grey) and ended (colour)", fontsize=10)
-    save(figure, path)
+    save_figure(figure, path, dpi=90)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from sim1.picture_file import save_figure
 from sim1.policy.episodes import Trajectory, read_keypoints, read_rate_hz, read_trajectories
 from sim1.policy.model import SCHEMA, ChunkPolicy, save_policy
 from sim1.policy.pictures import draw_command, draw_trials
@@ -106,9 +107,9 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     }
     (out / "policy.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
     largest = models[sizes[-1], config.seeds[0]]
-    draw_command(largest, (held_out or order)[0], held_out=bool(held_out)).savefig(out / "command.png", dpi=110)
+    save_figure(draw_command(largest, (held_out or order)[0], held_out=bool(held_out)), out / "command.png", dpi=110)
     if tried.strips:
-        draw_trials(tried.strips).savefig(out / "trials.png", dpi=110)
+        save_figure(draw_trials(tried.strips), out / "trials.png", dpi=110)
     return {
         "model_count": len(models),
         "sizes": ", ".join(map(str, sizes)),

@@ -80,6 +80,7 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
     """Held-out error and success against the number of training trajectories, with a fitted curve where there is enough."""
     import pandas as pd
 
+    from sim1.picture_file import save_figure
     from sim1.policy.scaling import PowerLaw, equivalence, fit_power_law, measure
     from sim1.policy.scaling_page import write_scaling_page
     from sim1.policy.scaling_pictures import draw_error, draw_success
@@ -90,9 +91,9 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
     points = measure(open_loop, pd.read_parquet(source / "evaluation.parquet"), about["sizes"], config.seed)
     fit = fit_power_law(open_loop, config.seed)
     if len(open_loop):
-        draw_error(points, fit).savefig(out / "error.png", dpi=110)
+        save_figure(draw_error(points, fit), out / "error.png", dpi=110)
     if any(point.trial_count for point in points):
-        draw_success(points).savefig(out / "success.png", dpi=110)
+        save_figure(draw_success(points), out / "success.png", dpi=110)
     curve = {
         "schema": "sim1.curve/1",
         "points": [asdict(point) for point in points],
@@ -122,11 +123,12 @@ def check_scaling_report(artifact: Path) -> list[Finding]:
 
 def ablation_report(inputs: Inputs, out: Path, config: AblationReportConfig) -> Facts:
     """Pass rate and success rate of the base graph and of every variant (paper, table "Ablation on designs")."""
+    from sim1.picture_file import save_figure
     from sim1.policy.ablation import as_record, count_variant, draw_table, variants_of
     from sim1.policy.ablation_page import write_ablation_page
 
     rows = [count_variant(inputs, variant) for variant in variants_of(inputs)]
-    draw_table(rows).savefig(out / "ablation.png", dpi=110)
+    save_figure(draw_table(rows), out / "ablation.png", dpi=110)
     table = {"schema": "sim1.ablation/1", "rows": [as_record(row) for row in rows]}
     (out / "table.json").write_text(json.dumps(table, indent=1, sort_keys=True) + "\n")
     write_ablation_page(out, rows)

@@ -3,16 +3,10 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from sim1.picture_file import save_figure
 from sim1.recording.bundle import Bundle
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG without time stamps."""
-    FigureCanvasAgg(figure)
-    figure.savefig(path, dpi=90, metadata={"Software": None})
 
 
 def draw_paths(path: Path, bundle: Bundle, title: str) -> None:
@@ -37,4 +31,4 @@ def draw_paths(path: Path, bundle: Bundle, title: str) -> None:
     panels[0].set_ylabel("z [m]")
     figure.colorbar(picture, ax=panels, label="time [s]")
     figure.suptitle(f"Markers, and drives in red ({title})", fontsize=11)
-    save(figure, path)
+    save_figure(figure, path, dpi=90)

@@ -8,6 +8,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from sim1.episode import RATE_HZ, Episode
+from sim1.picture_file import save_figure
 from sim1.robot.expert_task import Task, ideal_fold
 
 FRONT, BACK = np.array([0.27, 0.47, 0.75]), np.array([0.82, 0.62, 0.35])
@@ -30,7 +31,7 @@ def film_strip(path: Path, episode: Episode, faces: np.ndarray, *, title: str, c
     axes[0, 0].set_ylabel("from above: x [m]")
     axes[1, 0].set_ylabel("side: z [m]")
     figure.suptitle(f"{title}. Blue: front of the fabric, brown: back")
-    figure.savefig(path, dpi=75, metadata={"Software": None})
+    save_figure(figure, path, dpi=75)
 
 
 def outcome_picture(path: Path, episode: Episode, faces: np.ndarray, task: Task) -> None:
@@ -49,7 +50,7 @@ def outcome_picture(path: Path, episode: Episode, faces: np.ndarray, task: Task)
         right.plot(time, 100 * episode.openness[:, side], ":", label=f"{name} gripper openness [%]")
     right.set(xlabel="time [s]", title="height of the garment, grippers")
     right.legend(fontsize=8)
-    figure.savefig(path, dpi=85, metadata={"Software": None})
+    save_figure(figure, path, dpi=85)
 
 
 def _flip(points: np.ndarray) -> np.ndarray:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from sim1.picture_file import save_figure
 from sim1.scan.cloud import Shape
-from sim1.scan.scan_picture import save_small
 from sim1.scan.surface import cast_rays
 
 _PIXELS = 420  # height of a view
@@ -32,7 +32,7 @@ def draw_preview(mesh: Shape, title: str, path: Path) -> None:
         axes.imshow(np.where(hit[..., None], image, 1.0).clip(0, 1), extent=extent, interpolation="antialiased")
         _label(axes, name, right, up)
     figure.supxlabel("blue: outside, orange: inside of the fabric", fontsize=8)
-    save_small(figure, path)
+    save_figure(figure, path)
 
 
 def draw_errors(
@@ -54,7 +54,7 @@ def draw_errors(
         _label(axes, name, right, up)
         all_axes.append(axes)
     figure.colorbar(drawn, ax=all_axes, label="RMS distance of scan points to the mesh (mm)", shrink=0.8)
-    save_small(figure, path)
+    save_figure(figure, path)
 
 
 def _rms(values: list[float]) -> float:
@@ -82,7 +82,7 @@ def draw_separation(points: np.ndarray, garment: np.ndarray, mesh: Shape, title:
     axes.plot(*_broken(rims @ right, rims @ up), color="tab:red", lw=1.5)
     axes.set_aspect("equal")
     _label(axes, f"mesh, {name}: openings red", right, up)
-    save_small(figure, path)
+    save_figure(figure, path)
 
 
 def _figure(title: str):

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sim1.picture_file import save_figure
 from sim1.scan.cloud import Scan
 
 _MOST = 30_000  # points drawn
@@ -28,16 +29,4 @@ def draw_scan(scan: Scan, title: str, path: Path) -> None:
         order = np.argsort(points[::step, depth] * toward)
         axes.scatter(*points[::step][order][:, [across, up]].T, c=colors[::step][order], s=1.2, linewidths=0)
         axes.set(title=name, aspect="equal", xlabel=f"{'xyz'[across]} (m)", ylabel=f"{'xyz'[up]} (m)")
-    save_small(figure, path)
-
-
-def save_small(figure, path: Path) -> None:
-    """Save a matplotlib figure as PNG with a palette of 128 colours: a third of the bytes, and no time stamp."""
-    from io import BytesIO
-
-    from PIL import Image
-
-    buffer = BytesIO()
-    figure.savefig(buffer, format="png")
-    image = Image.open(buffer).convert("RGB")
-    image.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+    save_figure(figure, path)

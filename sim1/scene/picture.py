@@ -9,6 +9,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
+from sim1.picture_file import save_figure
 from sim1.robot.planar import PlanarArm
 from sim1.scene.description import Camera, Scene
 from sim1.scene.environment import look_at
@@ -35,7 +36,7 @@ def draw_scene(path: Path, scene: Scene, parts: Sequence[Part], title: str) -> N
         axes = figure.add_subplot(1, 2, place)
         axes.add_collection(_project(parts, camera))
         axes.set(title=name, xlim=(0, camera.width), ylim=(camera.height, 0), aspect="equal", xlabel="px", ylabel="px")
-    figure.savefig(path)
+    save_figure(figure, path)
 
 
 def draw_reach(path: Path, scene: Scene, arm: PlanarArm, garment_m: np.ndarray, height_m: float) -> None:
@@ -58,7 +59,7 @@ def draw_reach(path: Path, scene: Scene, arm: PlanarArm, garment_m: np.ndarray, 
     bar = figure.colorbar(drawn, ax=figure.axes, ticks=middles)
     bar.ax.set_yticklabels(CLASSES)
     bar.ax.set_title("grey: none", fontsize="small")
-    figure.savefig(path)
+    save_figure(figure, path)
 
 
 def _project(parts: Sequence[Part], camera: Camera) -> PolyCollection:

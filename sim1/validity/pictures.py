@@ -9,15 +9,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from sim1.picture_file import save_figure
 from sim1.validity.rules import Rules
 
 GOOD, BAD = "tab:green", "tab:red"
 SHOWN = 14  # conditions in a picture; the rest is in rules.yaml
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write a PNG without time stamps."""
-    figure.savefig(path, dpi=90, metadata={"Software": None})
 
 
 def draw_rules(path: Path, rules: Rules, table: pd.DataFrame) -> None:
@@ -50,7 +46,7 @@ def draw_rules(path: Path, rules: Rules, table: pd.DataFrame) -> None:
     figure.suptitle(
         f"State rules by {rules.method}: {len(order)} of {len(conditions)} conditions, {counts}", fontsize=10
     )
-    save(figure, path)
+    save_figure(figure, path, dpi=90)
 
 
 def _limits(above: float | None, below: float | None) -> str:
@@ -79,7 +75,7 @@ def draw_scores(path: Path, rows: list[dict[str, Any]], threshold: float, reason
     _draw_roc(right, [row for row in rows if row["held_out"]])
     head = f"Abstains: {reason}" if reason else "Video discriminator"
     figure.suptitle(head, fontsize=9, wrap=True)
-    save(figure, path)
+    save_figure(figure, path, dpi=90)
 
 
 def _draw_roc(axes: Any, seen: list[dict[str, Any]]) -> None:
@@ -120,7 +116,7 @@ def draw_decisions(path: Path, rows: list[dict[str, Any]], video_silent: bool) -
     grey = ", dash: abstains or not asked" if video_silent else ""
     accepted = sum(row["accepted"] for row in rows)
     figure.suptitle(f"{accepted} of {len(rows)} candidates accepted (dot: passes, cross: fails{grey})", fontsize=10)
-    save(figure, path)
+    save_figure(figure, path, dpi=90)
 
 
 def _shortened(text: str, length: int) -> str:
