@@ -113,6 +113,7 @@ class Workers:
             )
             for _ in range(min(processes or os.cpu_count() or 1, len(bundle.recordings)))
         ]
+        self._seconds = {one.name: float(one.time_s[-1] - one.time_s[0]) for one in bundle.recordings}
         self._owner: dict[str, int] = {}
 
     def __call__(self, tasks: Sequence[Task]) -> list[Done]:
@@ -121,14 +122,17 @@ class Workers:
         Raises:
             NotConverged: a simulation found no rest or no next state.
         """
-        waiting = [self._pools[self._of(task.recording)].submit(_work, task) for task in tasks]
+        self._own({task.recording for task in tasks} - set(self._owner))
+        waiting = [self._pools[self._owner[task.recording]].submit(_work, task) for task in tasks]
         return [future.result() for future in waiting]
 
-    def _of(self, recording: str) -> int:
-        if recording not in self._owner:
-            owned = [list(self._owner.values()).count(k) for k in range(len(self._pools))]
-            self._owner[recording] = owned.index(min(owned))
-        return self._owner[recording]
+    def _own(self, recordings: set[str]) -> None:
+        """Give each recording to the process with the fewest seconds to simulate, the longest first (Graham 1969)."""
+        for name in sorted(recordings, key=lambda name: (-self._seconds[name], name)):
+            load = [0.0] * len(self._pools)
+            for owned, process in self._owner.items():
+                load[process] += self._seconds[owned]
+            self._owner[name] = load.index(min(load))
 
     def close(self) -> None:
         """End the processes."""
