@@ -32,6 +32,9 @@ def prove(
     oracle: Annotated[
         bool, typer.Option("--oracle", help="Of what is diagnosed: what a model that is told the effects gains.")
     ] = False,
+    baselines: Annotated[
+        bool, typer.Option("--baselines", help="Of what is diagnosed: what simpler methods say and gain.")
+    ] = False,
     calibrate: Annotated[
         bool,
         typer.Option(
@@ -58,7 +61,7 @@ def prove(
         with exclusive(root / "campaign.lock"):
             from sim1.proof.files import Files
 
-            if report or oracle or calibrate:
+            if report or oracle or baselines or calibrate:
                 found = rewrite(Files(root))
             else:
                 found = _run(root, wish, parallel, 60 * limit_minutes, only_films)
@@ -66,6 +69,11 @@ def prove(
                 from sim1.proof.oracle import ask_oracle
 
                 ask_oracle(Files(root), found.outcomes, _say)
+                found = rewrite(Files(root))
+            if baselines:
+                from sim1.proof.baselines.ask import ask_baselines
+
+                ask_baselines(Files(root), found.outcomes, _say)
                 found = rewrite(Files(root))
             if calibrate:
                 _calibrate(root / "thresholds.yaml", found.outcomes)

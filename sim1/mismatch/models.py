@@ -103,7 +103,7 @@ def extended(
     """`base` with each of the most promising effects added, fitted."""
     if engine.patience.over:
         return Tried()
-    site = site_of(engine, base)
+    site = site_of(engine, base.unknowns.world(base.z))
     base = replace(base, temper=temper)
     worth = [c for c in screen(engine, base, site, names) if c.gain > least][:most]
     models, lost = [], []

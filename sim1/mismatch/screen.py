@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.cloth.effects import EFFECTS, Effect, Site
+from sim1.cloth.precise.world import World
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, bounded_step, shortened, weights
 from sim1.mismatch.search import Term
@@ -24,9 +25,8 @@ class Candidate:
     variants: int  # of which this is the best
 
 
-def site_of(engine: Engine, fit: Fit) -> Site:
-    """Where effects could act in this bundle."""
-    world = fit.unknowns.world(fit.z)
+def site_of(engine: Engine, world: World) -> Site:
+    """Where effects could act in this bundle, beside what `world` has."""
     bundle = engine.bundle
     stage = next(iter(engine.stages.values()))
     points = stage.scene.sheet.material_m

@@ -41,6 +41,29 @@ class Oracle(Strict):
     seconds: pydantic.NonNegativeFloat
 
 
+class Sparse(Strict):
+    """What sparse regression with the same effects says."""
+
+    named: tuple[str, ...] | None  # None: the baseline could not be pulled along a recording
+    heldout_mm: pydantic.NonNegativeFloat | None  # None: no simulation with what it names found its way
+    seconds: pydantic.NonNegativeFloat
+
+
+class Generic(Strict):
+    """What a residual without a name comes to."""
+
+    heldout_mm: pydantic.NonNegativeFloat | None  # None: no simulation of it found its way
+    seconds: pydantic.NonNegativeFloat
+
+
+class Baselines(Strict):
+    """`baselines/CASE.json`: what simpler methods make of a case."""
+
+    case: str
+    sindy: Sparse | None = None  # None: not asked yet
+    residual: Generic | None = None
+
+
 @dataclass(frozen=True)
 class Files:
     """Places below the folder of a campaign. Names of cases say nothing of what is in them."""
@@ -71,6 +94,10 @@ class Files:
     def oracle(self, case: str) -> Path:
         """What the oracle said, if it was asked."""
         return self.root / "oracles" / f"{case}.json"
+
+    def baselines(self, case: str) -> Path:
+        """What simpler methods made of it, if they were asked."""
+        return self.root / "baselines" / f"{case}.json"
 
 
 def case_names(count: int) -> tuple[str, ...]:

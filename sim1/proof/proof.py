@@ -7,6 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict
 from sim1.proof.files import Drawn, Files, Record, case_names
+from sim1.proof.methods import Method, methods_of
 from sim1.proof.score import Outcome, score
 from sim1.proof.seal import Commitment, check_committed, read_commitments
 from sim1.proof.totals import Confusion, Totals, confusion_of, totals_of
@@ -33,6 +34,7 @@ class Proof(Strict):
     cores: tuple[int, ...]
     parallel: tuple[int, ...]
     totals: Totals
+    methods: tuple[Method, ...]  # the diagnosis and simpler ones
     confusion: Confusion
     outcomes: tuple[Outcome, ...]
     not_scored: tuple[NotScored, ...]
@@ -67,6 +69,7 @@ def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequ
         cores=tuple(sorted({record.cores for record in records})),
         parallel=tuple(sorted({record.parallel for record in records})),
         totals=totals_of(outcomes),
+        methods=methods_of(outcomes),
         confusion=confusion_of(outcomes),
         outcomes=tuple(outcomes),
         not_scored=tuple(sorted((one for one in judged if isinstance(one, NotScored)), key=lambda one: one.case)),

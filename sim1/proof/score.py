@@ -14,7 +14,7 @@ from sim1.mismatch.strict_json import Strict, read_json
 from sim1.mismatch.summary import Summary, read_summary
 from sim1.mismatch.verdict import Verdict, read_verdict
 from sim1.proof.draw import Case
-from sim1.proof.files import Files, Oracle, Record
+from sim1.proof.files import Baselines, Files, Oracle, Record
 from sim1.stage import BadInput
 
 FABRIC = ("area_density_kg_m2", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
@@ -43,6 +43,7 @@ class Found(Strict):
 
     first: str | None  # of the ranking's models with one effect, the best
     gains: dict[str, float]  # of the ranked models over the baseline, nats
+    least_misfit: tuple[str, ...]  # effects of the ranked model that fits best, at any price
     effects: dict[str, dict[str, Number]]  # of the verdict
     fabric: dict[str, Number]
     misfit: tuple[float, float]  # baseline, chosen: mean squared residual in units of noise and mesh error
@@ -69,16 +70,22 @@ class Outcome(Strict):
     code_changed: bool
     found: Found | None  # None: failed
     oracle_mm: float | None  # held out, of a model that was told the effects; None: not asked, or it found no way
+    oracle_s: float | None  # None: not asked
+    baselines: Baselines | None  # None: not asked
 
     @property
     def gap_closed(self) -> float | None:
         """Share of what the oracle gains held out that the diagnosis gained; None where there was next to nothing to gain."""
+        return None if self.found is None else self.gap_closed_by(self.found.heldout_mm[1])
+
+    def gap_closed_by(self, after_mm: float) -> float | None:
+        """The same of any other method's error held out."""
         if self.found is None or self.oracle_mm is None:
             return None
-        before, after = self.found.heldout_mm
+        before = self.found.heldout_mm[0]
         if before - self.oracle_mm < WORTH * before:
             return None
-        return (before - after) / (before - self.oracle_mm)
+        return (before - after_mm) / (before - self.oracle_mm)
 
 
 class _Effect(pydantic.BaseModel):
@@ -131,6 +138,7 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
     said = verdict.verdict if verdict else "failed"
     kind = kind_of(answers)
     concealed = {effect.name: effect.parameters for effect in answers.effects}
+    oracle = _asked(files.oracle(record.case), Oracle)
     return Outcome(
         case=record.case,
         kind=kind,
@@ -146,12 +154,14 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
         code_sha256=record.code_sha256,
         code_changed=record.code_changed,
         found=found,
-        oracle_mm=_oracle_mm(files.oracle(record.case)),
+        oracle_mm=oracle.heldout_mm if oracle else None,
+        oracle_s=oracle.seconds if oracle else None,
+        baselines=_asked(files.baselines(record.case), Baselines),
     )
 
 
-def _oracle_mm(path: Path) -> float | None:
-    return read_json(path, Oracle, "remove it and ask again").heldout_mm if path.is_file() else None
+def _asked[T: Strict](path: Path, kind: type[T]) -> T | None:
+    return read_json(path, kind, "remove it and ask again") if path.is_file() else None
 
 
 def kind_of(answers: Answers) -> Literal["null", "outside", "several", "single"]:
@@ -187,6 +197,7 @@ def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found
     return verdict, Found(
         first=first_single(summary),
         gains={row.name: row.gain for row in summary.ranking if row.name != BASELINE},
+        least_misfit=least_misfit(summary),
         effects={
             effect.name: {
                 name: Number(
@@ -213,6 +224,12 @@ def first_single(summary: Summary) -> str | None:
     """The best of the ranked models with one effect."""
     singles = [row for row in summary.ranking if row.name != BASELINE and JOINT not in row.name]
     return max(singles, key=lambda row: row.gain).name if singles else None
+
+
+def least_misfit(summary: Summary) -> tuple[str, ...]:
+    """Effects of the ranked model with the least misfit on what was fitted: what plain error would name."""
+    best = min(summary.ranking, key=lambda row: row.misfit, default=None)
+    return () if best is None or best.name == BASELINE else tuple(sorted(best.name.split(JOINT)))
 
 
 def _true(true: Mapping[str, Mapping[str, float]], effect: str, parameter: str) -> float | None:

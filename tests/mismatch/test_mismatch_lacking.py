@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_bundle import SIDE_M, empty_bundle
 
-from sim1.cloth.precise.lacking import cloth_part, lacking_force
+from sim1.cloth.precise.lacking import cloth_part, lacking_force, lacking_forces
 from sim1.cloth.precise.scene import prepare
 from sim1.mismatch.search import baseline
 
@@ -50,6 +50,14 @@ def test_a_weight_pulls_where_it_is(scene, world, sinking):
     order = np.argsort(np.linalg.norm(points - place, axis=1))
     assert (force < 0.0).all()  # downwards
     assert force[order[:4]].max() < 3 * force[order[4:]].min()  # a bell of one cell, as the mesh holds it
+
+
+def test_several_worlds_at_once_push_as_each_does_alone(scene, world, sinking):
+    several = [replace(world, air_normal=1.5), replace(world, hysteresis_n=1e-4), replace(world, curl_1_m=(2.0, 0.0))]
+    together = lacking_forces(scene, several, world, sinking)
+    for force, one in zip(together, several, strict=True):
+        assert np.array_equal(force, lacking_force(scene, one, world, sinking))
+    assert np.abs(together[2]).max() > 0.0
 
 
 def test_worlds_that_are_alike_lack_nothing(scene, world, sinking):

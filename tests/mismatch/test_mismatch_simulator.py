@@ -192,6 +192,11 @@ def test_the_matrix_is_the_derivative_of_the_forces(bundle, world, change):
     assert off.max() < 2e-3 * np.abs(expected).max()
 
 
+def filled(cloth):
+    """The arrays that are there: no effect has a push without a name."""
+    return [part for part in cloth if part is not None]
+
+
 @pytest.mark.parametrize("name", sorted(EFFECTS))
 def test_an_effect_is_absent_at_zero_and_reads_back_from_its_parameters(bundle, world, name):
     effect = EFFECTS[name]
@@ -204,14 +209,14 @@ def test_an_effect_is_absent_at_zero_and_reads_back_from_its_parameters(bundle, 
         "plastic_crease",
         "wind",
     ):  # their thresholds and streams are set while they do nothing
-        for a, b in zip(plain, without, strict=True):
+        for a, b in zip(filled(plain), filled(without), strict=True):
             np.testing.assert_allclose(a, b, rtol=1e-12)
     values = {c.name: c.value(0.7) for c in term.coefficients}
     present = effect.alter(replace(world, friction=0.4), values)
     published = effect.published(replace(world, friction=0.4), values)
     assert set(published) == set(effect.units())
     again = effect(**published).act(replace(world, friction=0.4))
-    for a, b in zip(pack(scene.sheet, [present]), pack(scene.sheet, [again]), strict=True):
+    for a, b in zip(filled(pack(scene.sheet, [present])), filled(pack(scene.sheet, [again])), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-9)
     assert (present.lag_s, present.clock_offset_s) == (again.lag_s, again.clock_offset_s)
     for c in effect.coefficients:

@@ -38,6 +38,9 @@ def test_a_command_films_commits_and_starts_the_real_diagnosis_which_refuses_a_b
     proof = json.loads((tmp_path / "out" / "proof.json").read_text())
     assert proof["outcomes"][0]["verdict"] == "failed"
     assert "bundle.yaml" in proof["outcomes"][0]["error"]
+    asked = prove("--baselines", "--out", tmp_path / "out")
+    assert asked.exit_code == 0  # of a diagnosis that failed nobody is asked anything
+    assert not (tmp_path / "out" / "baselines").exists()
     assert len(notes(tmp_path, "laboratory")) == 1
     again = prove(*words)
     assert again.exit_code == 2

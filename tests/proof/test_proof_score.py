@@ -15,6 +15,7 @@ def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5
     found = Found(
         first=named[0] if named else "wind",
         gains={"air_drag": 80.0},
+        least_misfit=tuple(named),
         effects={
             name: {"c": number if name in concealed else number.model_copy(update={"true": None})} for name in named
         },
@@ -40,6 +41,8 @@ def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5
         code_changed=False,
         found=None if verdict == "failed" else found,
         oracle_mm=oracle_mm,
+        oracle_s=None,
+        baselines=None,
     )
 
 

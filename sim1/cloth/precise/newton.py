@@ -8,6 +8,7 @@ from sim1.cloth.precise.forces import FLAGS, residual
 from sim1.cloth.precise.jaws import coupling, solve_coupled
 from sim1.cloth.precise.lapack import factor
 from sim1.cloth.precise.pull_forces import pull, pull_slope
+from sim1.cloth.precise.smooth_push import smooth_push, smooth_push_slope
 from sim1.cloth.precise.stiffness import derivative
 
 LONGEST_M = 0.1  # a Newton step moves no vertex further
@@ -36,6 +37,7 @@ def newton(
         residual(x, v, acc, sliding, net, cloth, 0, curvature, moment, crease, target, held_on, out)
         if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
             pull(x, v, net, cloth.scalar[0], goal, goal_v, force, out)
+        smooth_push(v, cloth.push, 0, out)
         if not fresh:
             slope = _dot(out, change)
             if slope < -0.6 * first and size * share > 10.0 * tolerance and searches < 5:
@@ -57,6 +59,7 @@ def newton(
                 )  # fmt: skip
                 if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
                     pull_slope(net, cloth.scalar[0], goal, rate, band)
+                smooth_push_slope(cloth.push, rate, band)
                 failed = factor(band)
                 if failed == 0:
                     break

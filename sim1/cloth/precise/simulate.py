@@ -90,7 +90,8 @@ def _place_held(x: np.ndarray, scene: Scene, target: np.ndarray, held_on: np.nda
 def _march(scene: Scene, cloth, x0, v0, paths, turns, held_on, goals, speeds, guess, leads, parts: int):
     """March with the step cut into `parts`; the step that failed, or shapes, markers and forces at the scene's steps."""
     count, markers = x0.shape[0], len(scene.net.marker_node)
-    cloth, paths = type(cloth)(*(part.copy() for part in cloth)), paths.copy()  # twins are brought nearer in place
+    parts_of = (part if part is None else part.copy() for part in cloth)  # twins are brought nearer in place
+    cloth, paths = type(cloth)(*parts_of), paths.copy()
     goals, speeds = goals.copy(), speeds.copy()
     if parts > 1:
         fine = np.arange(parts * (paths.shape[1] - 1) + 1) / parts

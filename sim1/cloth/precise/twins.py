@@ -22,6 +22,7 @@ from sim1.cloth.precise.jaws import coupling, solve_coupled
 from sim1.cloth.precise.lapack import factor, factor_any
 from sim1.cloth.precise.newton import largest
 from sim1.cloth.precise.pull_forces import pull, pull_slope
+from sim1.cloth.precise.smooth_push import push_nearer, smooth_push, smooth_push_slope
 from sim1.cloth.precise.stiffness import derivative
 
 FARTHEST_M = 1e-6  # a twin that strays further is brought nearer, with all that makes it differ: it stays linear
@@ -35,6 +36,7 @@ def matrix(x, hv, rate, mass_rate, sliding, net, cloth, curvature, moment, held_
     derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, held_on, False, band)
     if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
         pull_slope(net, cloth.scalar[0], goal, rate, band)
+    smooth_push_slope(cloth.push, rate, band)
     plain = band.copy()
     if factor(band) == 0:
         return 0
@@ -55,6 +57,7 @@ def answers(
         residual(x[p], v, acc, sliding, net, cloth, p, curvature[p], moment[p], crease[p], targets[p], held_on, own)
         if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
             pull(x[p], v, net, cloth.scalar[p], goal[p], goal_v[p], force, own)
+        smooth_push(v, cloth.push, p, own)
         if p > 0:
             own -= left
 
@@ -128,3 +131,4 @@ def _nearer_world(cloth, p, shrink):
     cloth.inertia[p] = cloth.inertia[0] + shrink * (cloth.inertia[p] - cloth.inertia[0])
     cloth.curl[p] = cloth.curl[0] + shrink * (cloth.curl[p] - cloth.curl[0])
     cloth.bend_area[p] = cloth.bend_area[0] + shrink * (cloth.bend_area[p] - cloth.bend_area[0])
+    push_nearer(cloth.push, p, shrink)

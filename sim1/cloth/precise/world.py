@@ -6,6 +6,7 @@ import numpy as np
 
 from sim1.cloth.precise import arrays
 from sim1.cloth.precise.mesh import Sheet
+from sim1.cloth.precise.smooth_push import pushes
 
 # Of stencils with one ripple and with several, in units of the bending rigidity: chosen so that sheets of 50 to 600 vertices, regular and
 # not, vibrate as a fine one does; tests/mismatch/test_mismatch_modes.py holds them to it.
@@ -61,6 +62,7 @@ class World:
     frame_shift_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     frame_turn_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
     tilt_rad: tuple[float, float] = (0.0, 0.0)
+    smooth_push: tuple[float, ...] = ()  # of no effect: see `smooth_push.py`
 
 
 def gravity(world: World) -> np.ndarray:
@@ -79,7 +81,8 @@ def pack(
 ) -> arrays.Cloth:
     """Arrays of P worlds on one mesh; `clamped` (C,) says which stencils lie on the rim of a clamp, `rim` (F,) which faces."""
     rows = [_row(sheet, world, clamped, rim) for world in worlds]
-    return arrays.Cloth(*(np.ascontiguousarray(np.stack(column)) for column in zip(*rows, strict=True)))
+    columns = (np.ascontiguousarray(np.stack(column)) for column in zip(*rows, strict=True))
+    return arrays.Cloth(*columns, push=pushes(sheet, [world.smooth_push for world in worlds]))
 
 
 def _row(sheet: Sheet, world: World, clamped: np.ndarray | None, rim: np.ndarray | None) -> tuple[np.ndarray, ...]:

@@ -1,0 +1,63 @@
+"""Ask the methods that cost simulations; what they said is kept, case by case."""
+
+import time
+from collections.abc import Callable
+
+from sim1.cloth.physics import read_physics
+from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.strict_json import read_json
+from sim1.proof.baselines.residual import heldout_m
+from sim1.proof.baselines.sindy import pysindy_stlsq, sparse_effects
+from sim1.proof.files import Baselines, Files, Generic, Sparse, write_whole
+from sim1.proof.score import Outcome
+from sim1.recording.bundle import read_bundle
+
+
+def ask_baselines(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str], None]) -> None:
+    """Ask of every case that has been diagnosed and not been asked yet, first the quicker method of all cases, then the other.
+
+    They are given the bundle and the calibrated baseline, no answers.
+
+    Raises:
+        BadInput: PySINDy is not installed, or a bundle, a calibrated baseline or an earlier answer is damaged.
+    """
+    pysindy_stlsq()  # before hours of work rather than after
+    asked = [one.case for one in outcomes if one.found]
+    for field, ask in (("sindy", ask_sparse), ("residual", ask_generic)):
+        for number, case in enumerate(asked, start=1):
+            path = files.baselines(case)
+            known = read_json(path, Baselines, "remove it and ask again") if path.is_file() else Baselines(case=case)
+            if getattr(known, field) is None:
+                answer = ask(files, case)
+                write_whole(path, known.model_copy(update={field: answer}))
+                tell(f"{case}: {_told(answer)}; {number} of {len(asked)} asked")
+
+
+def ask_sparse(files: Files, case: str) -> Sparse:
+    """Sparse regression on a case."""
+    began = time.monotonic()
+    try:
+        said = sparse_effects(read_bundle(files.bundle(case)), read_physics(files.found(case) / "baseline.yaml"))
+    except NotConverged:
+        return Sparse(named=None, heldout_mm=None, seconds=_since(began))
+    off_mm = None if said.heldout_m is None else 1e3 * said.heldout_m
+    return Sparse(named=said.effects, heldout_mm=off_mm, seconds=_since(began))
+
+
+def ask_generic(files: Files, case: str) -> Generic:
+    """A residual without a name, fitted to a case."""
+    began = time.monotonic()
+    off_m = heldout_m(read_bundle(files.bundle(case)), read_physics(files.found(case) / "baseline.yaml"))
+    return Generic(heldout_mm=None if off_m is None else 1e3 * off_m, seconds=_since(began))
+
+
+def _since(began: float) -> float:
+    return round(time.monotonic() - began, 3)
+
+
+def _told(answer: Sparse | Generic) -> str:
+    off = "finds no way" if answer.heldout_mm is None else f"is off by {answer.heldout_mm:.2f} mm"
+    if isinstance(answer, Generic):
+        return f"a residual without a name {off}"
+    names = "nothing, as the baseline finds no way" if answer.named is None else " + ".join(answer.named) or "none"
+    return f"sparse regression says {names} and {off}"
