@@ -45,7 +45,9 @@ class ClothPhysics:
     damping_s: Property  # Kelvin-Voigt time: viscous stress = damping_s * rate of the elastic stress
     friction: Friction = Friction()
     effects: tuple[dict[str, Any], ...] = ()
-    grips: tuple[dict[str, Any], ...] = ()  # {drive, vertices, places_m} of a lab's grips that calibration found
+    grips: tuple[
+        dict[str, Any], ...
+    ] = ()  # {drive, vertices, places_m}, perhaps recording: a lab's grips that calibration found
     mesh: dict[str, float] = field(
         default_factory=dict
     )  # what the identification simulator's own mesh was found to get wrong
@@ -157,8 +159,10 @@ def _mesh(entries: Any, where: str) -> dict[str, float]:
 
 def _grips(entries: Any, where: str) -> tuple[dict[str, Any], ...]:
     for entry in entries:
-        if not isinstance(entry, dict) or set(entry) != {"drive", "vertices", "places_m"}:
-            raise BadInput(f"{where}: grips holds {entry!r}, expected {{drive, vertices, places_m}}")
+        if not isinstance(entry, dict) or set(entry) - {"recording"} != {"drive", "vertices", "places_m"}:
+            raise BadInput(
+                f"{where}: grips holds {entry!r}, expected {{drive, vertices, places_m}} and perhaps recording"
+            )
         if len(entry["vertices"]) != len(entry["places_m"]) or any(len(row) != 3 for row in entry["places_m"]):
             raise BadInput(
                 f"{where}: grips: drive {entry['drive']!r} has not one place (x, y, z) for each of its vertices"

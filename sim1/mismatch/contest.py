@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.afar import from_afar
 from sim1.mismatch.decide import best_of, gain_of, null_of, rating, worth_a_second
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
@@ -63,12 +64,22 @@ def with_one_effect(
     stuck_by = WORTH_MORE * thresholds.named
     for _ in range(2):
         singles = extended(engine, base, base.temper, names, progress)
-        pool = simplified(engine, [judged(base, base.temper), *singles.models], thresholds, names)
+        singles_best = _best_of_each((*singles.models, *from_afar(engine, base, base.temper, names)))
+        pool = simplified(engine, [judged(base, base.temper), *singles_best], thresholds, names)
         better = null_of(pool).fit
         if engine.patience.over or base.cost - better.cost < stuck_by:
             break
         base = better
     return Contest(pool=pool, temper=base.temper, lost=singles.lost)
+
+
+def _best_of_each(models: tuple[Model, ...]) -> list[Model]:
+    """Of models with the same effects the one that fits best."""
+    best: dict[tuple[str, ...], Model] = {}
+    for model in models:
+        if model.terms not in best or model.score < best[model.terms].score:
+            best[model.terms] = model
+    return list(best.values())
 
 
 def sharpened(engine: Engine, found: Contest, names: tuple[str, ...], thresholds: Thresholds) -> Contest:

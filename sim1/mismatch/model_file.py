@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from sim1.cloth.effects import Effect, effects_of
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.physics import MESH, PRIOR_FRICTION, ClothPhysics, Friction, Property
-from sim1.cloth.precise.held_places import estimated_places, hold_keys
+from sim1.cloth.precise.held_places import held_places
 from sim1.cloth.precise.start import table_z
 from sim1.cloth.precise.world import World
 from sim1.mismatch.fit import Fit
@@ -69,22 +69,14 @@ def effect_entry(found: Fit, term: int) -> dict[str, Any]:
 
 def _grips(bundle: Bundle, world: World) -> tuple[dict[str, Any], ...]:
     """Places of held vertices that nobody measured and the fit found."""
-    known = estimated_places(bundle)
-    measured = {
-        (hold.drive, tuple(int(v) for v in hold.vertices))
-        for recording in bundle.recordings
-        for hold in recording.holds
-        if hold.places_m is not None
-    }
-    found = []
-    for index, key in enumerate(hold_keys(bundle)):
-        if key not in measured:
-            places, shift = known[key], np.array(world.places[index])
+    held, found = held_places(bundle), []
+    for index, key in enumerate(held.keys):
+        if key not in held.measured:
+            places, shift = held.places_m[key], np.array(world.places[index])
             middle = places.mean(0)
             moved = Rotation.from_rotvec(shift[3:]).apply(places - middle) + middle + shift[:3]
-            found.append(
-                {"drive": key[0], "vertices": list(key[1]), "places_m": [[float(x) for x in row] for row in moved]}
-            )
+            entry = {"drive": key[0], "vertices": list(key[1]), "places_m": [[float(x) for x in row] for row in moved]}
+            found.append(entry | ({"recording": key[2]} if key[2] else {}))
     return tuple(found)
 
 
@@ -101,7 +93,7 @@ def world_of(physics: ClothPhysics, bundle: Bundle) -> World:
         table_z_m=table_z(bundle) if table else None,
         gravity_m_s2=tuple(bundle.environment.gravity_m_s2),
         air_density_kg_m3=bundle.environment.air_density_kg_m3,
-        places=tuple((0.0,) * 6 for _ in hold_keys(bundle)),
+        places=tuple((0.0,) * 6 for _ in held_places(bundle).keys),
         **physics.mesh,
     )
     for effect in effects_of(physics.effects):
@@ -111,13 +103,16 @@ def world_of(physics: ClothPhysics, bundle: Bundle) -> World:
 
 def with_grips(bundle: Bundle, physics: ClothPhysics) -> Bundle:
     """The bundle with the places that the model file knows, where the bundle knows none."""
-    known = {(grip["drive"], tuple(grip["vertices"])): np.array(grip["places_m"]) for grip in physics.grips}
+    known = {
+        (grip["drive"], tuple(grip["vertices"]), grip.get("recording", "")): np.array(grip["places_m"])
+        for grip in physics.grips
+    }
     recordings = []
     for recording in bundle.recordings:
         holds = []
         for hold in recording.holds:
-            key = (hold.drive, tuple(int(v) for v in hold.vertices))
-            places = known.get(key) if hold.places_m is None else hold.places_m
-            holds.append(replace(hold, places_m=places))
+            key = hold.drive, tuple(int(v) for v in hold.vertices)
+            found = known.get((*key, recording.name), known.get((*key, "")))
+            holds.append(replace(hold, places_m=found if hold.places_m is None else hold.places_m))
         recordings.append(replace(recording, holds=tuple(holds)))
     return replace(bundle, recordings=tuple(recordings))

@@ -6,7 +6,7 @@ import numpy as np
 
 from sim1.cloth.effects import Effect
 from sim1.cloth.effects.coefficient import Coefficient
-from sim1.cloth.precise.held_places import hold_keys
+from sim1.cloth.precise.held_places import held_places
 from sim1.cloth.precise.start import table_z
 from sim1.cloth.precise.world import World
 from sim1.recording.bundle import Bundle
@@ -99,13 +99,7 @@ class Unknowns:
 def baseline(bundle: Bundle) -> Unknowns:
     """The baseline model of a bundle, with the priors that the bundle states."""
     prior, table = bundle.prior, bundle.environment.table
-    keys = hold_keys(bundle)
-    measured = {
-        (hold.drive, tuple(int(v) for v in hold.vertices))
-        for recording in bundle.recordings
-        for hold in recording.holds
-        if hold.places_m is not None
-    }
+    held = held_places(bundle)
     world = World(
         area_density_kg_m2=prior.area_density_kg_m2.value,
         stretch_n_m=prior.stretch_n_m.value,
@@ -116,7 +110,7 @@ def baseline(bundle: Bundle) -> Unknowns:
         table_z_m=table_z(bundle) if table else None,
         gravity_m_s2=tuple(bundle.environment.gravity_m_s2),
         air_density_kg_m3=bundle.environment.air_density_kg_m3,
-        places=tuple((0.0,) * 6 for _ in keys),
+        places=tuple((0.0,) * 6 for _ in held.keys),
     )
     found = []
     for name, unit in (
@@ -136,8 +130,8 @@ def baseline(bundle: Bundle) -> Unknowns:
         spread = stated.std or (stated.log_std or 0.0) * stated.value
         if spread:
             found.append(Coefficient(name="friction", unit="1", scale=spread, centre=stated.value, low=0.0))
-    for grip, key in enumerate(keys):
-        if key not in measured:
+    for grip, key in enumerate(held.keys):
+        if key not in held.measured:
             for axis in AXES:
                 unit, std = ("m", PLACE_STD_M) if axis[0] == "t" else ("rad", PLACE_STD_RAD)
                 if axis[0] == "t" or len(key[1]) > 1:

@@ -132,3 +132,14 @@ def test_one_recording_is_no_diagnosis():
     bundle = empty_bundle()
     with pytest.raises(BadInput, match="1 recording"):
         diagnose(replace(bundle, recordings=bundle.recordings[:1]))
+
+
+@pytest.mark.parametrize(
+    ("name", "field", "late_s"), [("clock_offset", "clock_offset_s", 0.26), ("actuator_lag", "lag_s", 0.12)]
+)
+def test_what_is_late_by_a_good_part_of_a_swing_is_named_and_not_imitated_by_a_strange_cloth(name, field, late_s):
+    found = diagnose(filmed(empty_bundle(), **{field: late_s}))
+    assert (found.verdict, found.chosen.terms) == ("named", (name,))
+    fit = found.chosen.fit
+    assert list(fit.unknowns.values(0, fit.z).values()) == pytest.approx([late_s], abs=0.005)
+    assert found.rmse_m["augmented"]["heldout"] < 0.05 * found.rmse_m["baseline"]["heldout"]

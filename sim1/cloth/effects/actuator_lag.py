@@ -20,6 +20,8 @@ class ActuatorLag(Effect):
         Coefficient(name="time_constant", unit="s", scale=0.03, low=0.0),
     )
 
+    afar: ClassVar[tuple[dict[str, float], ...]] = tuple({"time_constant": s} for s in (0.06, 0.12, 0.2))
+
     time_constant: float  # s
 
     @classmethod

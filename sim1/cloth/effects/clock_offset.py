@@ -17,8 +17,10 @@ class ClockOffset(Effect):
     source: ClassVar[str] = "pure delay of one clock against the other"
     typical: ClassVar[str] = "10 to 300 ms"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
-        Coefficient(name="offset", unit="s", scale=0.03, low=-0.5, high=0.5),
+        Coefficient(name="offset", unit="s", scale=0.1, low=-0.3, high=0.5),
     )
+
+    afar: ClassVar[tuple[dict[str, float], ...]] = tuple({"offset": s} for s in (-0.2, -0.1, 0.1, 0.2, 0.3))
 
     offset: float  # s
 

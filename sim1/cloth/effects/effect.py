@@ -45,6 +45,7 @@ class Effect:
     typical: ClassVar[str]  # range that is met
     coefficients: ClassVar[tuple[Coefficient, ...]]  # what a search varies; the strengths first
     on_table: ClassVar[bool] = False  # acts through the table alone
+    afar: ClassVar[tuple[dict[str, float], ...]] = ()  # coefficients far from nothing, from which it is sought as well
     measured: ClassVar[bool] = False  # belongs to the rig or to the cameras, not to the cloth
 
     @classmethod

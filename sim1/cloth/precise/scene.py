@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from sim1.cloth.precise.arrays import Net
 from sim1.cloth.precise.drives import drive_pose, late
-from sim1.cloth.precise.held_places import estimated_places, hold_key, hold_keys
+from sim1.cloth.precise.held_places import held_places
 from sim1.cloth.precise.material import marker_points, sheet_of
 from sim1.cloth.precise.mesh import Sheet, narrow, place_on, refined, reordered
 from sim1.cloth.precise.start import start_of
@@ -16,7 +16,7 @@ from sim1.cloth.precise.world import World
 from sim1.recording.bundle import Bundle, Hold, Recording
 from sim1.recording.motion import rest_until_s
 
-AFTER_S = 0.15  # simulated beyond the last frame, for clocks that differ
+AFTER_S = 0.3  # simulated beyond the last frame, for clocks that differ
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,10 +89,11 @@ def prepare(
     last = float(frame_s[-1]) + AFTER_S
     start = max(min(first, last - 5 * step_s), min(track.time_s[0] for track in recording.drives.values()))
     time = start + step_s * np.arange(int(np.ceil((last - start) / step_s)) + 1)
-    places, keys = estimated_places(bundle), hold_keys(bundle)
+    held_in = held_places(bundle)
     grips = []
     for hold in recording.holds:
-        vertices, local = _held(hold, places[hold_key(hold)], parents)
+        key = held_in.key(recording.name, hold)
+        vertices, local = _held(hold, held_in.places_m[key], parents)
         position, turn = drive_pose(recording.drives[hold.drive], time)
         ends = recording.drives[hold.drive].time_s[-1]
         grips.append(
@@ -102,7 +103,7 @@ def prepare(
                 position_m=position,
                 turn=turn,
                 active=(time >= hold.from_s - 1e-9) & ((time <= hold.to_s + 1e-9) | (hold.to_s >= ends - 0.05)),
-                index=keys.index(hold_key(hold)),
+                index=held_in.keys.index(key),
             )
         )
     face, weight = place_on(sheet, points)

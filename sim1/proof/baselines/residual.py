@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from sim1.cloth.effects import Effect
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.physics import ClothPhysics
-from sim1.cloth.precise.held_places import estimated_places, hold_keys
+from sim1.cloth.precise.held_places import held_places
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.cloth.precise.world import World
 from sim1.mismatch.engine import Engine
@@ -89,12 +89,14 @@ def calibrated_z(bundle: Bundle, plain: Unknowns, physics: ClothPhysics) -> np.n
 
 def _place_shifts(bundle: Bundle, physics: ClothPhysics) -> dict[int, np.ndarray]:
     """Per grip whose places were fitted: shift (3) [m] and turn (3) [rad] from the estimated ones."""
-    known = {(grip["drive"], tuple(grip["vertices"])): np.array(grip["places_m"]) for grip in physics.grips}
-    estimated = estimated_places(bundle)
-    found = {}
-    for index, key in enumerate(hold_keys(bundle)):
+    known = {
+        (grip["drive"], tuple(grip["vertices"]), grip.get("recording", "")): np.array(grip["places_m"])
+        for grip in physics.grips
+    }
+    held, found = held_places(bundle), {}
+    for index, key in enumerate(held.keys):
         if key in known:
-            before, after = estimated[key], known[key]
+            before, after = held.places_m[key], known[key]
             turn = _turn(before - before.mean(0), after - after.mean(0))
             found[index] = np.concatenate([after.mean(0) - before.mean(0), turn])
     return found

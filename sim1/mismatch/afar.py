@@ -1,0 +1,56 @@
+"""Effects that are sought from afar as well: the way to a clock a quarter of a second late is not downhill.
+
+Slopes at nothing tell a small offset. Where markers come late by a good part of a swing, the cost between rises, and a search from nothing
+gets stuck near it, with a baseline that was bent to imitate the delay. So a few values far off are simulated, from the baseline as it was
+fitted and as it was before any fit, and the best one is a start of its own.
+"""
+
+import numpy as np
+
+from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.engine import Engine
+from sim1.mismatch.fit import Fit, Tempers, cost_of, fit
+from sim1.mismatch.models import Model, judged
+from sim1.mismatch.screen import possible, site_of
+from sim1.mismatch.search import Term
+
+EXCESS = 2.0  # mean squared residual of a baseline from which it is worth it
+CAP = 25.0  # of squared residuals: a few that are gross are no reason
+STEPS = 8  # of the search from there
+
+
+def from_afar(engine: Engine, base: Fit, temper: Tempers, names: tuple[str, ...]) -> tuple[Model, ...]:
+    """Models with one effect more, found from values far from nothing; none where the baseline leaves little, or nothing is gained."""
+    residual = np.concatenate([base.residuals[name] for name in names])
+    if np.mean(np.minimum(residual**2, CAP)) < EXCESS:
+        return ()
+    world = base.unknowns.world(base.z)
+    found = (
+        _fitted(engine, base, Term.of(effect), temper, names)
+        for effect in possible(site_of(engine, world), base.unknowns.terms)
+        if effect.afar and not engine.patience.over
+    )
+    return tuple(model for model in found if model is not None)
+
+
+def _fitted(engine: Engine, base: Fit, term: Term, temper: Tempers, names: tuple[str, ...]) -> Model | None:
+    unknowns = base.unknowns.with_terms(*base.unknowns.terms, term)
+    before = np.concatenate([np.zeros(len(base.nominal_z)), base.z[len(base.nominal_z) :]])
+    best, start = base.cost, None
+    for values in term.effect.afar:
+        far = np.array([c.z(values.get(c.name, c.centre)) for c in term.coefficients])
+        for z in (np.concatenate([base.z, far]), np.concatenate([before, far])):
+            try:
+                residuals = engine.residuals(unknowns, z, names)
+            except NotConverged:
+                continue
+            cost = cost_of(residuals, names, temper) + 0.5 * float(z @ z)
+            if cost < best:
+                best, start = cost, z
+    if start is None:
+        return None
+    try:
+        found = fit(engine, unknowns, start, names, temper=temper, most=STEPS)
+    except NotConverged:
+        return None
+    return judged(found, temper, len(term.effect.afar))
