@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.recording.bundle import Bundle, Recording
+from sim1.recording.lateness import late_s
 from sim1.recording.marker_noise import MarkerNoise, marker_noise
 from sim1.recording.motion import COARSE, EDGE_S, free_decay_s, rest_at_end_s, rest_until_s, turn_rad, velocities
 from sim1.recording.sheet_fit import SheetFit, fit_sheet, material_of_markers
@@ -43,6 +44,7 @@ class RecordingFigures:
     slides_m_s: tuple[float, float]  # along x and y, of markers on the table
     lifts: bool  # whether a marker leaves the table
     free_decay_s: float  # drives stand after a sudden stop, the cloth swings
+    late_s: float | None  # markers beside the grips against their drives
     hold_count: int
     measured_holds: int  # with places_m
     changed_holds: int  # taken up or let go on the way
@@ -92,6 +94,7 @@ def measure(bundle: Bundle, recording: Recording) -> RecordingFigures:
         slides_m_s=slides,
         lifts=lifts,
         free_decay_s=free_decay_s(recording, velocity),
+        late_s=late_s(bundle, recording),
         hold_count=len(recording.holds),
         measured_holds=sum(hold.places_m is not None for hold in recording.holds),
         changed_holds=sum(

@@ -5,6 +5,7 @@ import numpy as np
 from sim1.recording.bundle import Bundle
 from sim1.recording.figures import RecordingFigures
 
+LATE_S = 0.015  # of markers against drives: what single recordings of a good lab scatter by
 CREEP = 0.06  # change of length beyond which markers, not cloth, have moved
 
 type Overall = dict[str, float | None]
@@ -25,6 +26,7 @@ def overall(bundle: Bundle, figures: list[RecordingFigures]) -> Overall:
     strain = max((f.strain for f in figures if f.strain is not None), default=None)
     strains = [f.strain / f.strain_noise for f in figures if f.strain_noise and f.strain is not None]
     paces = [f.speed_m_s[1] for f in figures]
+    late = [f.late_s for f in figures if f.late_s is not None]
     return {
         "recordings": float(len(figures)),
         "markers": float(len(bundle.anchors.marker)),
@@ -55,6 +57,11 @@ def overall(bundle: Bundle, figures: list[RecordingFigures]) -> Overall:
         "slide_least_m_s": min(max(f.slides_m_s[k] for f in figures) for k in (0, 1)),
         "lifts": float(sum(f.lifts for f in figures)),
         "free_decay_s": max(f.free_decay_s for f in figures),
+        "late_told": float(len(late)),
+        "late_s": float(np.median(late)) if late else None,
+        "late_from_s": min(late, default=None),
+        "late_to_s": max(late, default=None),
+        "punctual": float(abs(np.median(late)) < LATE_S) if late else None,
         "holds": float(sum(f.hold_count for f in figures)),
         "unmeasured_holds": float(sum(f.hold_count - f.measured_holds for f in figures)),
         "changed_holds": float(sum(f.changed_holds for f in figures)),
