@@ -22,7 +22,7 @@ STEPS = 8  # of the search from there
 def from_afar(engine: Engine, base: Fit, temper: Tempers, names: tuple[str, ...]) -> tuple[Model, ...]:
     """Models with one effect more, found from values far from nothing; none where the baseline leaves little, or nothing is gained."""
     residual = np.concatenate([base.residuals[name] for name in names])
-    if np.mean(np.minimum(residual**2, CAP)) < EXCESS:
+    if engine.patience.over or np.mean(np.minimum(residual**2, CAP)) < EXCESS:
         return ()
     world = base.unknowns.world(base.z)
     found = (

@@ -61,11 +61,12 @@ def with_one_effect(
 
     A baseline that turns out to have been stuck is a wrong place to look from: effects are then sought once more from the better one.
     """
-    stuck_by = WORTH_MORE * thresholds.named
+    stuck_by, afar = WORTH_MORE * thresholds.named, ()
     for _ in range(2):
+        afar = (*afar, *from_afar(engine, base, base.temper, names))
         singles = extended(engine, base, base.temper, names, progress)
-        singles_best = _best_of_each((*singles.models, *from_afar(engine, base, base.temper, names)))
-        pool = simplified(engine, [judged(base, base.temper), *singles_best], thresholds, names)
+        one_more = _best_of_each((*singles.models, *afar))
+        pool = simplified(engine, [judged(base, base.temper), *one_more], thresholds, names)
         better = null_of(pool).fit
         if engine.patience.over or base.cost - better.cost < stuck_by:
             break

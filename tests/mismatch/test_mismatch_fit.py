@@ -136,10 +136,15 @@ def test_effects_are_sought_again_from_a_baseline_that_was_freed(unknowns, monke
         starts.append(base.cost)
         return Tried(models=(Model(terms=("air_drag",), fit=arrived, variants=1),))
 
+    def seen_from_afar(engine, base, *rest):
+        return (Model(terms=("clock_offset",), fit=arrived, variants=1),) if base is stuck else ()
+
     monkeypatch.setattr(contest, "extended", looked_from)
+    monkeypatch.setattr(contest, "from_afar", seen_from_afar)
     found = contest.with_one_effect(engine, stuck, ("only",), THRESHOLDS, lambda share, what: None)
     assert starts == [pytest.approx(stuck.cost), pytest.approx(arrived.cost, abs=0.1)]
     assert contest.null_of(found.pool).score == pytest.approx(found.pool[1].score, abs=0.1)
+    assert [model.terms for model in found.pool] == [(), ("air_drag",), ("clock_offset",)]  # the first round's too
 
 
 def test_noise_that_is_neither_stated_nor_measurable_is_asked_for():
