@@ -23,7 +23,7 @@ $(STAMP): requirements.txt pyproject.toml .python-version
 	@bash scripts/setup.sh
 	@touch $@
 
-run: $(STAMP)  ## scan to scaling curve; PROFILE=quick|smoke|paper
+run: $(STAMP)  ## scan to scaling curve; PROFILE=quick|smoke|study|paper
 	@.venv/bin/sim1 run --profile $(PROFILE)
 
 test: $(STAMP)  ## the fast tests
