@@ -32,7 +32,7 @@ app.command()(generate)
 app.command()(replay)
 
 Profile = Annotated[
-    str | None, typer.Option(help="Sizes: smoke, quick or paper. Default: that of the last run of everything.")
+    str | None, typer.Option(help="Sizes: smoke, quick, study or paper. Default: that of the last run of everything.")
 ]
 Garments = Annotated[list[str] | None, typer.Option("--garment", help="Only this garment (may be repeated).")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
