@@ -8,6 +8,7 @@ fitted and as it was before any fit, and the best one is a start of its own.
 import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.decide import mean_square
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, cost_of, fit
 from sim1.mismatch.models import Model, judged
@@ -15,14 +16,12 @@ from sim1.mismatch.screen import possible, site_of
 from sim1.mismatch.search import Term
 
 EXCESS = 2.0  # mean squared residual of a baseline from which it is worth it
-CAP = 25.0  # of squared residuals: a few that are gross are no reason
 STEPS = 8  # of the search from there
 
 
 def from_afar(engine: Engine, base: Fit, temper: Tempers, names: tuple[str, ...]) -> tuple[Model, ...]:
     """Models with one effect more, found from values far from nothing; none where the baseline leaves little, or nothing is gained."""
-    residual = np.concatenate([base.residuals[name] for name in names])
-    if engine.patience.over or np.mean(np.minimum(residual**2, CAP)) < EXCESS:
+    if engine.patience.over or mean_square(base) < EXCESS:
         return ()
     world = base.unknowns.world(base.z)
     found = (
