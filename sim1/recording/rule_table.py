@@ -53,7 +53,7 @@ RULES = (
         asked="late_told",
         can="clocks: markers beside the grips keep time with their drives (median {late_s:.3f} s)",
         cannot="clocks: markers beside the grips come {late_s:.2f} s late against their drives ({late_from_s:.2f} to {late_to_s:.2f} s in "
-        "{late_told:.0f} recordings): a clock that is off, a camera's latency or an actuator's lag",
+        "{late_told:.0f} recordings; negative: early): a clock that is off, a camera's latency or an actuator's lag",
         record="trigger both streams alike; a diagnosis names what it is (clock_offset, actuator_lag) and takes it into the model",
     ),
     Rule(
