@@ -8,6 +8,7 @@ import yaml
 from benchmarks.concealed.case import Case
 from benchmarks.concealed.make import make
 from sim1.mismatch.findings import run_diagnosis
+from sim1.mismatch.summary import read_summary
 from sim1.mismatch.verdict import Verdict
 
 
@@ -52,7 +53,5 @@ def _called(found: Verdict) -> str:
 
 
 def _ranked(folder: Path) -> str:
-    from sim1.mismatch.summary import read_summary
-
     ranking = read_summary(folder / "summary.json").ranking
     return ", ".join(f"`{row.name}` {row.gain:.0f}" for row in ranking[:2])

@@ -41,7 +41,7 @@ def _fitted(engine: Engine, base: Fit, term: Term, temper: Tempers, names: tuple
         for z in (np.concatenate([base.z, far]), np.concatenate([before, far])):
             try:
                 residuals = engine.residuals(unknowns, z, names)
-            except NotConverged:
+            except NotConverged:  # no start, then; there are others
                 continue
             cost = cost_of(residuals, names, temper) + 0.5 * float(z @ z)
             if cost < best:
@@ -50,6 +50,6 @@ def _fitted(engine: Engine, base: Fit, term: Term, temper: Tempers, names: tuple
         return None
     try:
         found = fit(engine, unknowns, start, names, temper=temper, most=STEPS)
-    except NotConverged:
+    except NotConverged:  # its twins find no way; the excess that led here keeps the verdict from `none`
         return None
     return judged(found, temper, len(term.effect.afar))

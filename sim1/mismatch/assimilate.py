@@ -76,7 +76,7 @@ def locate_forces(engine: Engine, found: Fit, names: tuple[str, ...]) -> Located
     if cloth_part(model, plain) != plain:
         tasks = [replace(engine.task(name, model), paths=True, lacks=plain) for name in names]
     elif model != plain:
-        goals = engine.workers([engine.task(name, model) for name in names])
+        goals = engine.run([engine.task(name, model) for name in names])
         tasks = [
             replace(task, follow_hz=STIFF_HZ, goals_m=goal.markers_m[0])
             for task, goal in zip(tasks, goals, strict=True)
@@ -84,7 +84,7 @@ def locate_forces(engine: Engine, found: Fit, names: tuple[str, ...]) -> Located
     recordings = {recording.name: recording for recording in engine.bundle.recordings}
     kg = plain.area_density_kg_m2 * engine.area_m2 / len(engine.bundle.anchors.marker)
     forces = []
-    for number, (name, run) in enumerate(zip(names, engine.workers(tasks), strict=True)):
+    for number, (name, run) in enumerate(zip(names, engine.run(tasks), strict=True)):
         time, recording = engine.stages[name].scene.time_s, recordings[name]
         floor_n = 0.0
         if model == plain:

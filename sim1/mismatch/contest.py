@@ -63,7 +63,7 @@ def with_one_effect(
     """
     stuck_by, afar = WORTH_MORE * thresholds.named, ()
     for _ in range(2):
-        afar = (*afar, *from_afar(engine, base, base.temper, names))
+        afar = afar or from_afar(engine, base, base.temper, names)
         singles = extended(engine, base, base.temper, names, progress)
         one_more = _best_of_each((*singles.models, *afar))
         pool = simplified(engine, [judged(base, base.temper), *one_more], thresholds, names)

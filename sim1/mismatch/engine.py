@@ -82,7 +82,7 @@ class Engine:
         """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for."""
         other = self.finer - 1 if self.finer else self.finer + 1
         kinds = [(self.finer, STEP_S), (other, STEP_S), (self.finer, FINE_STEP_S)]
-        runs = self._run([self._task(name, (world,), *kind) for kind in kinds for name in names])
+        runs = self.run([self._task(name, (world,), *kind) for kind in kinds for name in names])
         for k, name in enumerate(names):
             working, rough, exact = (run.markers_m[0] for run in runs[k :: len(names)])
             stage = self.stages[name]
@@ -101,7 +101,7 @@ class Engine:
     def foretell(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Markers (N, M, 3) from rest and drives alone, nothing pulled: what `sim1 predict` would say."""
         tasks = [replace(self._task(name, (world,), self.finer, FINE_STEP_S), follow_hz=0.0) for name in names]
-        return {name: run.markers_m[0] for name, run in zip(names, self._run(tasks), strict=True)}
+        return {name: run.markers_m[0] for name, run in zip(names, self.run(tasks), strict=True)}
 
     def soften(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]) -> Looked:
         """Trust a number less the more it hangs on the baseline's coefficients: where a sheet snaps, no simulator foretells it.
@@ -153,7 +153,7 @@ class Engine:
         return residuals, slopes
 
     def _markers(self, worlds: list[World], names: tuple[str, ...]) -> dict[str, np.ndarray]:
-        runs = self._run([self._task(name, tuple(worlds), self.finer, STEP_S) for name in names])
+        runs = self.run([self._task(name, tuple(worlds), self.finer, STEP_S) for name in names])
         return {name: run.markers_m + self.stages[name].defect_m for name, run in zip(names, runs, strict=True)}
 
     def task(self, name: str, world: World) -> Task:
@@ -163,7 +163,8 @@ class Engine:
     def _task(self, name: str, worlds: tuple[World, ...], finer: int, step_s: float) -> Task:
         return Task(recording=name, worlds=worlds, finer=finer, step_s=step_s, follow_hz=self.follow_hz)
 
-    def _run(self, tasks: list[Task]) -> list[Done]:
+    def run(self, tasks: list[Task]) -> list[Done]:
+        """Answers in the order of the tasks; their seconds count as simulating."""
         began = time.monotonic()
         runs = self.workers(tasks)
         taken_s = time.monotonic() - began

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from sim1.cloth.effects import Effect, effects_of
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.physics import MESH, PRIOR_FRICTION, ClothPhysics, Friction, Property
-from sim1.cloth.precise.held_places import held_places
+from sim1.cloth.precise.held_places import Key, held_places
 from sim1.cloth.precise.start import table_z
 from sim1.cloth.precise.world import World
 from sim1.mismatch.fit import Fit
@@ -101,13 +101,17 @@ def world_of(physics: ClothPhysics, bundle: Bundle) -> World:
     return world
 
 
-def with_grips(bundle: Bundle, physics: ClothPhysics) -> Bundle:
-    """The bundle with the places that the model file knows, where the bundle knows none."""
-    known = {
+def known_places(physics: ClothPhysics) -> dict[Key, np.ndarray]:
+    """Places (h, 3) m that a model file holds."""
+    return {
         (grip["drive"], tuple(grip["vertices"]), grip.get("recording", "")): np.array(grip["places_m"])
         for grip in physics.grips
     }
-    recordings = []
+
+
+def with_grips(bundle: Bundle, physics: ClothPhysics) -> Bundle:
+    """The bundle with the places that the model file knows, where the bundle knows none."""
+    known, recordings = known_places(physics), []
     for recording in bundle.recordings:
         holds = []
         for hold in recording.holds:

@@ -15,6 +15,7 @@ from sim1.cloth.precise.world import World
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import fit, temper_of
 from sim1.mismatch.heldout import held_out, rmse_of
+from sim1.mismatch.model_file import known_places
 from sim1.mismatch.search import AXES, Term, Unknowns, baseline
 from sim1.recording.bundle import Bundle
 
@@ -89,11 +90,7 @@ def calibrated_z(bundle: Bundle, plain: Unknowns, physics: ClothPhysics) -> np.n
 
 def _place_shifts(bundle: Bundle, physics: ClothPhysics) -> dict[int, np.ndarray]:
     """Per grip whose places were fitted: shift (3) [m] and turn (3) [rad] from the estimated ones."""
-    known = {
-        (grip["drive"], tuple(grip["vertices"]), grip.get("recording", "")): np.array(grip["places_m"])
-        for grip in physics.grips
-    }
-    held, found = held_places(bundle), {}
+    known, held, found = known_places(physics), held_places(bundle), {}
     for index, key in enumerate(held.keys):
         if key in known:
             before, after = held.places_m[key], known[key]
