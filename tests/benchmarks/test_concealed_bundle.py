@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from benchmarks.concealed import make as laboratory
 from benchmarks.concealed.__main__ import app
-from benchmarks.concealed.case import Case, Plan, plans
+from benchmarks.concealed.case import Case, Plan
 from benchmarks.concealed.markers import camera_noise, cubic_weights, drop_outs
 from benchmarks.concealed.motions import MOTIONS
 
@@ -189,13 +189,3 @@ def test_command_line_lists_effects_and_skips_what_is_there(tmp_path):
     done = CliRunner().invoke(app, ["many", "--cases", str(tmp_path / "cases.yaml"), "--out", str(tmp_path)])
     assert done.exit_code == 0
     assert done.output == ""
-
-
-def test_chosen_motions_are_filmed_in_their_order_and_no_other():
-    case = Case(("air_drag",), "medium", 3, ("bar_tilt", "fast_swing"))
-    found = plans(case, case.setting())
-    assert [plan.motion.name for plan in found] == ["bar_tilt", "fast_swing"]
-    assert [plan.shown for plan in found] == [False, True]
-    assert not any(plan.held_out for plan in found)
-    with pytest.raises(ValueError, match="no motion 'sway': choose from"):
-        Case((), "medium", 3, ("sway",))

@@ -5,18 +5,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks.concealed.bending import Plate
-from benchmarks.concealed.case import Case, Plan, plans
+from benchmarks.concealed.case import Plan
 from benchmarks.concealed.effects.air import AddedMass, AirDrag, Wind
 from benchmarks.concealed.effects.curl import BendingHysteresis, PlasticCrease, RestCurvature, ViscoelasticCreep
 from benchmarks.concealed.effects.effect import Effect
 from benchmarks.concealed.effects.elastic import AnisotropicBending, AnisotropicStretch, Shrinkage, StrainStiffening
-from benchmarks.concealed.effects.library import LIBRARY
 from benchmarks.concealed.effects.measurement import (
-    CameraScale,
-    ClockOffset,
-    FrameOffset,
     GravityTilt,
-    RollingShutter,
 )
 from benchmarks.concealed.effects.outside import Drying, FanJet, HiddenThread, Magnet, StaticCharge
 from benchmarks.concealed.effects.patches import HeavyRegion, StiffRegion
@@ -26,37 +21,12 @@ from benchmarks.concealed.film import Stage, grid_for
 from benchmarks.concealed.grips import Poses
 from benchmarks.concealed.markers import draw_markers
 from benchmarks.concealed.membrane import Membrane
-from benchmarks.concealed.motions import FREE_MOTIONS, MOTIONS
+from benchmarks.concealed.motions import MOTIONS
 from benchmarks.concealed.setting import draw_setting
 from benchmarks.concealed.sheet import baseline_sheet
 from benchmarks.concealed.simulate import Gap
 from benchmarks.concealed.table import Friction
 from benchmarks.concealed.world import Environment, State, World
-
-NAMES = {
-    "air_drag": "c_normal c_tangential",
-    "wind": "vx vy vz",
-    "added_mass": "mass",
-    "anisotropic_stretch": "ratio_warp_weft",
-    "anisotropic_bending": "ratio_warp_weft",
-    "strain_stiffening": "growth",
-    "bending_hysteresis": "moment",
-    "plastic_crease": "yield_curvature retained",
-    "rest_curvature": "kappa_u kappa_v",
-    "shrinkage": "scale_u scale_v",
-    "stiff_region": "centre_u centre_v radius factor",
-    "heavy_region": "centre_u centre_v mass",
-    "static_friction": "ratio",
-    "anisotropic_friction": "mu_x mu_y",
-    "adhesion": "pressure",
-    "grip_slip": "threshold rate",
-    "grip_compliance": "stiffness",
-    "actuator_lag": "time_constant",
-    "clock_offset": "offset",
-    "frame_offset": "tx ty tz rx ry rz",
-    "gravity_tilt": "tilt_x tilt_y",
-}
-"""The format's table."""
 
 
 def world_of(effect: Effect | None = None, motion: str = "swing_out", table: bool = False) -> World:
@@ -100,43 +70,6 @@ def force(effect: Effect, world: World, state: State) -> np.ndarray:
     out = np.zeros_like(state.x)
     effect.add_force(state, out)
     return out
-
-
-def test_the_table_of_the_format_is_there_with_its_parameters_and_more_besides():
-    setting = draw_setting(np.random.default_rng(0))
-    for name, recipe in LIBRARY.items():
-        effects = [
-            recipe.draw(a, np.random.default_rng(1), setting) for a in (*recipe.amplitudes, recipe.amplitudes[0])
-        ]
-        assert effects[0].parameters == effects[2].parameters
-        assert effects[0].extras == effects[2].extras == effects[1].extras, "places do not depend on the amplitude"
-        assert effects[0].parameters != effects[1].parameters
-        assert all(isinstance(value, float) and np.isfinite(value) for value in effects[0].parameters.values())
-        assert effects[0].name == name
-        assert effects[0].formula
-        assert set(recipe.shown_by) <= set(MOTIONS)
-        assert recipe.in_table == (name in NAMES)
-        if name in NAMES:
-            assert list(effects[0].parameters) == NAMES[name].split()
-    assert sum(not recipe.in_table for recipe in LIBRARY.values()) >= 8
-
-
-def test_each_case_films_five_motions_that_show_its_effect_and_two_more():
-    for name in (*LIBRARY, ""):
-        for seed in range(3):
-            case = Case((name,) if name else (), "medium", seed)
-            found = plans(case, case.setting())
-            motions = [plan.motion.name for plan in found if not plan.held_out]
-            assert len(set(motions)) == 5
-            assert len({plan.name for plan in found}) == 7
-            if name:
-                assert sum(plan.shown for plan in found if not plan.held_out) >= 3
-                assert found[5].shown
-    pair = Case(("air_drag", "static_friction"), "medium", 1)
-    shown = [plan.motion.name for plan in plans(pair, pair.setting()) if not plan.held_out]
-    for effect in pair.effects:
-        assert len(set(shown) & set(LIBRARY[effect].shown_by)) >= 2
-    assert set(FREE_MOTIONS) < set(MOTIONS)
 
 
 def test_drag_is_quadratic_against_the_motion_and_wind_is_drag_of_a_resting_sheet():
@@ -308,24 +241,6 @@ def test_grips_slip_for_good_above_the_threshold_and_yield_elastically():
             assert give.grip_shift(state)[:, 0] == pytest.approx(0.012, rel=1e-3)
     assert slip.grip_shift(state)[:, 0] == pytest.approx(0.01)
     assert give.grip_shift(state)[:, 0] == pytest.approx(0.0, abs=1e-5)
-
-
-def test_measurement_effects_follow_the_format():
-    def sample(times: np.ndarray) -> np.ndarray:
-        return np.stack([times, 2 * times, 0 * times + np.arange(times.shape[1])], axis=-1)
-
-    stamps = np.repeat(np.linspace(1, 2, 5)[:, None], 3, axis=1)
-    late = ClockOffset({"offset": 0.02}).observe(stamps, sample)
-    assert late[:, 0, 0] == pytest.approx(stamps[:, 0] - 0.02)
-    frame = FrameOffset({"tx": 0.1, "ty": 0, "tz": 0, "rx": 0, "ry": 0, "rz": np.pi / 2})
-    x = sample(stamps)
-    assert frame.observe(stamps, sample)[..., 0] == pytest.approx(0.1 - x[..., 1])
-    assert frame.observe(stamps, sample)[..., 1] == pytest.approx(x[..., 0])
-    shutter = RollingShutter({"readout": 0.01}).observe(stamps, sample)
-    assert shutter[:, 2] == pytest.approx(x[:, 2])
-    assert shutter[:, 0, 0] == pytest.approx(x[:, 0, 0] + 0.02)
-    scaled = CameraScale({"scale": 1.01}, {"x": 1.0, "y": 0.0, "z": 0.0}).observe(stamps, sample)
-    assert scaled[..., 0] == pytest.approx(1 + 1.01 * (x[..., 0] - 1))
 
 
 def test_gravity_tilts_as_the_format_says():

@@ -73,6 +73,12 @@ def empty_bundle(count: int = 7, duration_s: float = 2.0, motions: int = 3, meas
     )
 
 
+def plain_world(bundle: Bundle) -> World:
+    """The baseline's world at its priors."""
+    unknowns = baseline(bundle)
+    return unknowns.world(np.zeros(unknowns.count))
+
+
 def filmed(bundle: Bundle, noise_m: float = 3e-4, seed: int = 0, **concealed) -> Bundle:
     """The bundle with markers of a concealed world: parameters off their priors, `concealed` fields on top."""
     stream = np.random.default_rng(seed)

@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_bundle import SIDE_M, empty_bundle
+from small_bundle import SIDE_M, empty_bundle, plain_world
 
 from sim1.cloth.precise.lacking import cloth_part, lacking_force, lacking_forces
 from sim1.cloth.precise.scene import prepare
-from sim1.mismatch.search import baseline
 
 STEP_S, SPEED_M_S = 1 / 60, 0.8
 
@@ -20,8 +19,7 @@ def bundle():
 
 @pytest.fixture(scope="module")
 def world(bundle):
-    unknowns = baseline(bundle)
-    return unknowns.world(np.zeros(unknowns.count))
+    return plain_world(bundle)
 
 
 @pytest.fixture(scope="module")

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import eigh
-from small_bundle import SIDE_M, empty_bundle
+from small_bundle import SIDE_M, empty_bundle, plain_world
 
 from sim1.cloth.precise.newton import net_width
 from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.stiffness import derivative
 from sim1.cloth.precise.world import pack
-from sim1.mismatch.search import baseline
 
 ROOTS = np.array([4.730041, 7.853205])  # of cos x cosh x = 1: free at both ends
 
@@ -19,8 +18,7 @@ ROOTS = np.array([4.730041, 7.853205])  # of cos x cosh x = 1: free at both ends
 @pytest.fixture(scope="module")
 def flat():
     bundle = empty_bundle(duration_s=0.2)
-    unknowns = baseline(bundle)
-    return bundle, replace(unknowns.world(np.zeros(unknowns.count)), gravity_m_s2=(0.0, 0.0, 0.0), bending_ratio=1.7)
+    return bundle, replace(plain_world(bundle), gravity_m_s2=(0.0, 0.0, 0.0), bending_ratio=1.7)
 
 
 def whole(band: np.ndarray) -> np.ndarray:

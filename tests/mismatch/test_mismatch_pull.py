@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_bundle import empty_bundle, filmed
+from small_bundle import empty_bundle, filmed, plain_world
 
 from sim1.cloth.precise.motions import Motions
 from sim1.cloth.precise.pull import GAP_S, Goals, Pull
 from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import simulate
-from sim1.mismatch.search import baseline
 from sim1.mismatch.workers import Task, Workers
 
 
@@ -21,8 +20,7 @@ def bundle():
 
 @pytest.fixture(scope="module")
 def world(bundle):
-    unknowns = baseline(bundle)
-    return unknowns.world(np.zeros(unknowns.count))
+    return plain_world(bundle)
 
 
 def rms(values):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_bundle import SIDE_M, empty_bundle
+from small_bundle import SIDE_M, empty_bundle, plain_world
 
 from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.forces import residual
@@ -14,7 +14,7 @@ from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import simulate
 from sim1.cloth.precise.stiffness import derivative
 from sim1.cloth.precise.world import pack
-from sim1.mismatch.search import Term, baseline
+from sim1.mismatch.search import Term
 
 
 @pytest.fixture(scope="module")
@@ -24,8 +24,7 @@ def bundle():
 
 @pytest.fixture(scope="module")
 def world(bundle):
-    unknowns = baseline(bundle)
-    return replace(unknowns.world(np.zeros(unknowns.count)), heavy_patch=(0.1, 0.15, 0.0))
+    return replace(plain_world(bundle), heavy_patch=(0.1, 0.15, 0.0))
 
 
 def test_a_hanging_sheet_stretches_as_its_weight_says(bundle, world):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_bundle import empty_bundle
+from small_bundle import empty_bundle, plain_world
 
 from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.newton import net_width
@@ -27,8 +27,7 @@ def bundle():
 
 @pytest.fixture(scope="module")
 def world(bundle):
-    unknowns = baseline(bundle)
-    return unknowns.world(np.zeros(unknowns.count))
+    return plain_world(bundle)
 
 
 @pytest.fixture(scope="module")

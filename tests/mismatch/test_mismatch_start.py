@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from small_bundle import SIDE_M, empty_bundle
+from small_bundle import SIDE_M, empty_bundle, plain_world
 
 from sim1.cloth.precise.arrays import RETAINED, YIELD
 from sim1.cloth.precise.memory import fold
@@ -14,7 +14,6 @@ from sim1.cloth.precise.mesh import square_sheet
 from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import NotConverged, simulate
 from sim1.cloth.precise.start import spread_over
-from sim1.mismatch.search import baseline
 from sim1.stage import BadInput
 
 HANGING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # (u, v) to (x, y, z)
@@ -100,8 +99,7 @@ def level_scene():
     hold = replace(recording.holds[0], vertices=held, places_m=places)
     recording = replace(recording, drives={"bar": level}, holds=(hold,))
     bundle = replace(bundle, recordings=(recording,))
-    unknowns = baseline(bundle)
-    return prepare(bundle, recording, 1 / 120), unknowns.world(np.zeros(unknowns.count))
+    return prepare(bundle, recording, 1 / 120), plain_world(bundle)
 
 
 @pytest.mark.parametrize("memory", [{"hysteresis_n": 2e-4, "turn_1_m": 3.0}, {"yield_1_m": 4.0, "retained": 0.5}])

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_bundle import empty_bundle
+from small_bundle import empty_bundle, plain_world
 
 from sim1.cloth.precise import simulate as module
 from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import NotConverged, simulate
 from sim1.cloth.precise.twins import FARTHEST_M, LOST, keep_near
 from sim1.cloth.precise.world import pack
-from sim1.mismatch.search import baseline
 
 
 @pytest.fixture(scope="module")
@@ -21,8 +20,7 @@ def bundle():
 
 @pytest.fixture(scope="module")
 def world(bundle):
-    unknowns = baseline(bundle)
-    return unknowns.world(np.zeros(unknowns.count))
+    return plain_world(bundle)
 
 
 def failing(times, at=7):

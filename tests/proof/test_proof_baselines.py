@@ -64,7 +64,6 @@ def test_a_fabric_that_is_off_is_no_name():
 
 def given(shares, noise):
     """Forces that are the columns' sum by `shares`, and noise."""
-    pytest.importorskip("pysindy")
     stream = np.random.default_rng(0)
     columns = 1e-4 * stream.standard_normal((4000, len(entries())))
     missing = columns @ shares + noise * stream.standard_normal(4000)

@@ -1,0 +1,81 @@
+"""What there is to conceal, and which motions a case films."""
+
+import numpy as np
+import pytest
+
+from benchmarks.concealed.case import Case, plans
+from benchmarks.concealed.effects.library import LIBRARY
+from benchmarks.concealed.motions import FREE_MOTIONS, MOTIONS
+from benchmarks.concealed.setting import draw_setting
+
+NAMES = {
+    "air_drag": "c_normal c_tangential",
+    "wind": "vx vy vz",
+    "added_mass": "mass",
+    "anisotropic_stretch": "ratio_warp_weft",
+    "anisotropic_bending": "ratio_warp_weft",
+    "strain_stiffening": "growth",
+    "bending_hysteresis": "moment",
+    "plastic_crease": "yield_curvature retained",
+    "rest_curvature": "kappa_u kappa_v",
+    "shrinkage": "scale_u scale_v",
+    "stiff_region": "centre_u centre_v radius factor",
+    "heavy_region": "centre_u centre_v mass",
+    "static_friction": "ratio",
+    "anisotropic_friction": "mu_x mu_y",
+    "adhesion": "pressure",
+    "grip_slip": "threshold rate",
+    "grip_compliance": "stiffness",
+    "actuator_lag": "time_constant",
+    "clock_offset": "offset",
+    "frame_offset": "tx ty tz rx ry rz",
+    "gravity_tilt": "tilt_x tilt_y",
+}
+"""The format's table."""
+
+
+def test_the_table_of_the_format_is_there_with_its_parameters_and_more_besides():
+    setting = draw_setting(np.random.default_rng(0))
+    for name, recipe in LIBRARY.items():
+        effects = [
+            recipe.draw(a, np.random.default_rng(1), setting) for a in (*recipe.amplitudes, recipe.amplitudes[0])
+        ]
+        assert effects[0].parameters == effects[2].parameters
+        assert effects[0].extras == effects[2].extras == effects[1].extras, "places do not depend on the amplitude"
+        assert effects[0].parameters != effects[1].parameters
+        assert all(isinstance(value, float) and np.isfinite(value) for value in effects[0].parameters.values())
+        assert effects[0].name == name
+        assert effects[0].formula
+        assert set(recipe.shown_by) <= set(MOTIONS)
+        assert recipe.in_table == (name in NAMES)
+        if name in NAMES:
+            assert list(effects[0].parameters) == NAMES[name].split()
+    assert sum(not recipe.in_table for recipe in LIBRARY.values()) >= 8
+
+
+def test_each_case_films_five_motions_that_show_its_effect_and_two_more():
+    for name in (*LIBRARY, ""):
+        for seed in range(3):
+            case = Case((name,) if name else (), "medium", seed)
+            found = plans(case, case.setting())
+            motions = [plan.motion.name for plan in found if not plan.held_out]
+            assert len(set(motions)) == 5
+            assert len({plan.name for plan in found}) == 7
+            if name:
+                assert sum(plan.shown for plan in found if not plan.held_out) >= 3
+                assert found[5].shown
+    pair = Case(("air_drag", "static_friction"), "medium", 1)
+    shown = [plan.motion.name for plan in plans(pair, pair.setting()) if not plan.held_out]
+    for effect in pair.effects:
+        assert len(set(shown) & set(LIBRARY[effect].shown_by)) >= 2
+    assert set(FREE_MOTIONS) < set(MOTIONS)
+
+
+def test_chosen_motions_are_filmed_in_their_order_and_no_other():
+    case = Case(("air_drag",), "medium", 3, ("bar_tilt", "fast_swing"))
+    found = plans(case, case.setting())
+    assert [plan.motion.name for plan in found] == ["bar_tilt", "fast_swing"]
+    assert [plan.shown for plan in found] == [False, True]
+    assert not any(plan.held_out for plan in found)
+    with pytest.raises(ValueError, match="no motion 'sway': choose from"):
+        Case((), "medium", 3, ("sway",))
