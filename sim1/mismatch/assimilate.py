@@ -85,7 +85,9 @@ def locate_forces(engine: Engine, found: Fit, names: tuple[str, ...]) -> Located
     kg = plain.area_density_kg_m2 * engine.area_m2 / len(engine.bundle.anchors.marker)
     forces = []
     for number, (name, run) in enumerate(zip(names, engine.run(tasks), strict=True)):
-        time, recording = engine.stages[name].scene.time_s, recordings[name]
+        recording = recordings[name]
+        seen = engine.stages[name].scene.time_s <= recording.time_s[-1]  # simulations go on for clocks that differ
+        time = engine.stages[name].scene.time_s[seen]
         floor_n = 0.0
         if model == plain:
             floor_n = _floor_n(recording, _raw_noise(engine, recording), kg, engine.follow_hz, number)
@@ -93,9 +95,9 @@ def locate_forces(engine: Engine, found: Fit, names: tuple[str, ...]) -> Located
             Forces(
                 name=name,
                 time_s=time,
-                force_n=run.force_n,
+                force_n=run.force_n[seen],
                 floor_n=floor_n,
-                velocity_m_s=np.gradient(run.path_m, time, axis=0),
+                velocity_m_s=np.gradient(run.path_m[seen], time, axis=0),
             )
         )
     return _summary(tuple(forces))

@@ -20,6 +20,7 @@ def draw_forces(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     forces = found.located.forces
     points = marker_points(bundle)
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), width_ratios=[1, 1.6], layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.1, wspace=0.05)  # two labels meet between the halves
     if len(forces):
         size = 1e3 * np.sqrt(found.located.marker_power_n2)
         dots = left.scatter(*(1e3 * points.T), c=size, s=140, cmap="magma_r", edgecolors="0.6")

@@ -51,6 +51,7 @@ def test_the_files_read_back_and_the_page_says_the_verdict(dragged):
     assert read_summary(out / "summary.json").ranking[0].name == "air_drag"
     forces = read_forces(out / "forces.npz")
     assert set(forces) == {"swing_0", "swing_1", "swing_2"}
+    assert all(time[-1] <= 2.0 for time, _ in forces.values())  # what follows a recording is nobody's missing force
     assert all(force.shape == (len(time), 16, 3) and force.dtype == np.float32 for time, force in forces.values())
     assert not list(out.glob("*.part"))
     assert shares == sorted(shares)
