@@ -95,6 +95,14 @@ class Files:
         """What the oracle said, if it was asked."""
         return self.root / "oracles" / f"{case}.json"
 
+    def outcome(self, case: str) -> Path:
+        """How it was scored: all that a report needs where the case was filmed and diagnosed elsewhere."""
+        return self.root / "outcomes" / f"{case}.json"
+
+    def carried(self, case: str) -> bool:
+        """Whether a case was scored elsewhere: how, is known, and its answers are not here."""
+        return self.outcome(case).is_file() and not self.answers(case).is_file()
+
     def baselines(self, case: str) -> Path:
         """What simpler methods made of it, if they were asked."""
         return self.root / "baselines" / f"{case}.json"

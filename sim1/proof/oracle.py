@@ -16,7 +16,7 @@ def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str]
     Raises:
         BadInput: a bundle or its answers are damaged.
     """
-    asked = [one for one in outcomes if one.kind in ("single", "several") and one.found]
+    asked = [one for one in outcomes if one.kind in ("single", "several") and one.found and not files.carried(one.case)]
     for number, one in enumerate(asked, start=1):
         if files.oracle(one.case).is_file():
             continue

@@ -5,8 +5,8 @@ from typing import Literal
 
 import pydantic
 
-from sim1.mismatch.strict_json import Strict
-from sim1.proof.files import Drawn, Files, Record, case_names
+from sim1.mismatch.strict_json import Strict, read_json
+from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.methods import Method, methods_of
 from sim1.proof.score import Outcome, score
 from sim1.proof.seal import Commitment, check_committed, read_commitments
@@ -38,11 +38,24 @@ class Proof(Strict):
     confusion: Confusion
     outcomes: tuple[Outcome, ...]
     not_scored: tuple[NotScored, ...]
+    carried: tuple[str, ...]  # cases that were scored elsewhere: their answers are not here to be checked again
     commitments: tuple[Commitment, ...]
 
 
 def judge(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
-    """Score a case whose answers are still those that were committed to; of any other, say why not."""
+    """Score a case whose answers are still those that were committed to; of any other, say why not.
+
+    A case whose answers are not here stays as it was scored where they were: `outcomes/` goes with a campaign from machine to machine.
+    """
+    if files.carried(record.case):
+        return read_json(files.outcome(record.case), Outcome, "bring it again, or remove it and the case's record")
+    judged = _scored(files, drawn, record)
+    if isinstance(judged, Outcome):
+        write_whole(files.outcome(record.case), judged)
+    return judged
+
+
+def _scored(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
     if record.step != "diagnose":
         return NotScored(case=record.case, why=f"{record.step}: {record.error}")
     asked = dict(zip(case_names(len(drawn.cases)), drawn.cases, strict=True))[record.case]
@@ -73,5 +86,6 @@ def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequ
         confusion=confusion_of(outcomes),
         outcomes=tuple(outcomes),
         not_scored=tuple(sorted((one for one in judged if isinstance(one, NotScored)), key=lambda one: one.case)),
+        carried=tuple(one.case for one in outcomes if files.carried(one.case)),
         commitments=commitments,
     )

@@ -1,6 +1,7 @@
 """A campaign with a laboratory and a diagnosis of a few lines: order, blindness, resumption, failures."""
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -153,6 +154,27 @@ def test_a_killed_campaign_goes_on_and_does_nothing_twice(tmp_path):
     assert again == proof
     assert len(notes(tmp_path, "diagnosis")) == 4
     assert not list((tmp_path / "out").rglob("*.part"))
+
+
+def test_a_campaign_goes_on_elsewhere_with_its_small_files_alone(tmp_path):
+    """Films and findings stay behind; how their cases were scored comes along and is told to be no check of the answers."""
+    here, there = tmp_path / "here", tmp_path / "there"
+    here.mkdir()
+    first = prove(campaign(here, (DRAG, NULL, STRANGE)))
+    for folder in ("outcomes", "records"):
+        shutil.copytree(here / "out" / folder, there / "out" / folder)
+    (there / "out" / "answers").mkdir()
+    for file in ("answers/drawn.json", "commitments.jsonl"):
+        shutil.copy(here / "out" / file, there / "out" / file)
+    (there / "out" / "records" / "case_003.json").unlink()  # not done yet
+    proof = prove(campaign(there, ()))
+    assert proof.carried == ("case_001", "case_002")
+    assert len(notes(there, "diagnosis")) == 1
+    assert proof.outcomes[:2] == first.outcomes[:2]
+    assert proof.totals.named == first.totals.named
+    assert [one.right for one in proof.outcomes] == [True, True, True]
+    assert "case_001, case_002" in (there / "out" / "proof.html").read_text()
+    ask_oracle(Files(there / "out"), proof.outcomes, lambda line: pytest.fail(f"asked without a film: {line}"))
 
 
 def test_an_interruption_ends_the_diagnosis_and_leaves_no_verdict_of_half_a_search(tmp_path):

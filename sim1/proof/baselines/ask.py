@@ -22,7 +22,7 @@ def ask_baselines(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[s
         BadInput: PySINDy is not installed, or a bundle, a calibrated baseline or an earlier answer is damaged.
     """
     pysindy_stlsq()  # before hours of work rather than after
-    asked = [one.case for one in outcomes if one.found]
+    asked = [one.case for one in outcomes if one.found and not files.carried(one.case)]
     for field, ask in (("sindy", ask_sparse), ("residual", ask_generic)):
         for number, case in enumerate(asked, start=1):
             path = files.baselines(case)
