@@ -111,6 +111,7 @@ def baseline(bundle: Bundle) -> Unknowns:
         gravity_m_s2=tuple(bundle.environment.gravity_m_s2),
         air_density_kg_m3=bundle.environment.air_density_kg_m3,
         places=tuple((0.0,) * 6 for _ in held.keys),
+        frame_centre_m=_middle_m(bundle),
     )
     found = []
     for name, unit in (
@@ -141,3 +142,9 @@ def baseline(bundle: Bundle) -> Unknowns:
     found.append(Coefficient(name="clamp", unit="1", scale=CLAMP_LOG_STD, kind="log", centre=world.clamp))
     found.append(Coefficient(name="rim", unit="1", scale=RIM_LOG_STD, kind="log", centre=world.rim))
     return Unknowns(base=world, nominal=tuple(found))
+
+
+def _middle_m(bundle: Bundle) -> tuple[float, ...]:
+    """Where markers are in the mean: turned about a far origin, they would mostly be shifted."""
+    seen = np.concatenate([recording.markers_m[recording.seen] for recording in bundle.recordings])
+    return tuple(seen.mean(0).tolist())

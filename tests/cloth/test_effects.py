@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
 from avbd_sheets import G, Run, cloth, hold, square_grid
+from scipy.spatial.transform import Rotation
 
 from sim1.cloth.effects import EFFECTS, AirDrag, AnisotropicStretch, acted_effects, effects_of
+from sim1.cloth.precise.world import World
 from sim1.stage import BadInput
 
 DENSITY = 0.2
@@ -17,6 +19,9 @@ def test_a_flat_sheet_falls_in_air_as_a_plate_with_that_drag_coefficient(integra
     fallen = -run.trace(300, lambda now: now.v[:, 2].mean())
     seconds = np.arange(301) / 1000
     assert fallen == pytest.approx(terminal * np.tanh(G * seconds / terminal), abs=0.01 * terminal)
+
+
+SHEET = {"area_density_kg_m2": 0.2, "stretch_n_m": 400.0, "poisson": 0.3, "bending_n_m": 2e-5, "damping_s": 1e-3}
 
 
 def test_air_drag_that_would_throw_an_explicit_step_back_only_brakes():
@@ -86,3 +91,15 @@ def test_physics_that_the_solver_cannot_act_is_refused_and_a_clock_is_none_of_it
     assert acted_effects((clock, drag)) == (AirDrag(c_normal=1.7),)
     with pytest.raises(BadInput, match=r"'adhesion'.*identification simulator.*baseline\.yaml"):
         acted_effects(({"name": "adhesion", "parameters": {"pressure": {"value": 1.0}}},))
+
+
+def test_a_turned_frame_is_searched_about_the_cloth_and_told_about_the_origin():
+    """Turned about a far origin, markers would mostly be shifted, and a search would take both for one."""
+    frame, centre = EFFECTS["frame_offset"], np.array([0.6, -0.2, 0.4])
+    values = {"tx": 0.001, "ty": 0.0, "tz": -0.002, "rx": 0.03, "ry": -0.01, "rz": 0.02}
+    world = frame.alter(World(**SHEET, frame_centre_m=tuple(centre)), values)
+    turned = Rotation.from_rotvec(world.frame_turn_rad).apply(centre) + world.frame_shift_m
+    assert turned - centre == pytest.approx([0.001, 0.0, -0.002])
+    told = frame(**frame.published(world, values)).act(World(**SHEET))
+    assert told.frame_shift_m == pytest.approx(world.frame_shift_m)
+    assert told.frame_turn_rad == world.frame_turn_rad

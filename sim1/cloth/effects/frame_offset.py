@@ -3,6 +3,9 @@
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+import numpy as np
+from scipy.spatial.transform import Rotation
+
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect
 from sim1.cloth.precise.world import World
@@ -34,11 +37,18 @@ class FrameOffset(Effect):
 
     @classmethod
     def alter(cls, world: World, values: dict[str, float]) -> World:
-        """The world with this effect; `values` by name of coefficient."""
-        return replace(
-            world,
-            frame_shift_m=(values["tx"], values["ty"], values["tz"]),
-            frame_turn_rad=(values["rx"], values["ry"], values["rz"]),
+        """The world with this effect; `values` by name of coefficient, the turn taken about `world.frame_centre_m`."""
+        turn, centre = (values["rx"], values["ry"], values["rz"]), np.array(world.frame_centre_m)
+        away = centre - Rotation.from_rotvec(turn).apply(centre)
+        shift = away + np.array([values["tx"], values["ty"], values["tz"]])
+        return replace(world, frame_shift_m=tuple(shift.tolist()), frame_turn_rad=turn)
+
+    @classmethod
+    def published(cls, world: World, values: dict[str, float]) -> dict[str, float]:
+        """The same about the origin."""
+        del values
+        return dict(
+            zip(("tx", "ty", "tz", "rx", "ry", "rz"), (*world.frame_shift_m, *world.frame_turn_rad), strict=True)
         )
 
     measured: ClassVar[bool] = True

@@ -61,6 +61,7 @@ class World:
     clock_offset_s: float = 0.0
     frame_shift_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     frame_turn_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    frame_centre_m: tuple[float, float, float] = (0.0, 0.0, 0.0)  # about which a search turns the cameras' frame
     tilt_rad: tuple[float, float] = (0.0, 0.0)
     smooth_push: tuple[float, ...] = ()  # of no effect: see `smooth_push.py`
 
