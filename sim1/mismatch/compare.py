@@ -2,7 +2,7 @@
 
 What a simulator gets wrong is no noise: it lasts. Measured less simulated is taken to be white noise and a discrepancy that forgets
 itself over `LASTING_S` (Kennedy and O'Hagan 2001, with the covariance of an Ornstein-Uhlenbeck process along each marker's coordinate),
-else a hundred samples of one lasting error would count as a hundred witnesses.
+else a hundred samples of one lasting error would count as a hundred witnesses. Markers that creep over the cloth are wrong in that way too.
 """
 
 from dataclasses import dataclass
@@ -33,6 +33,7 @@ class Observed:
     weight: np.ndarray  # (N, M) 1 / frames seen in the block, 0 where not seen
     block_s: np.ndarray  # (B,) mean time of each block
     noise_m: float  # standard deviation of the blocks' means at rest
+    creep_m: float  # of where markers are on the cloth
     mesh_m: np.ndarray  # (K,) what the simulator's mesh is taken to get wrong
 
     def reduce(self, markers_m: np.ndarray) -> np.ndarray:
@@ -51,7 +52,7 @@ class Observed:
                 if len(blocks):
                     rows, time = number[blocks, m, axis], self.block_s[blocks]
                     lasting = np.exp(-np.abs(time[:, None] - time) / LASTING_S)
-                    covariance = self.mesh_m[rows, None] * lasting * self.mesh_m[rows]
+                    covariance = (self.mesh_m[rows, None] * self.mesh_m[rows] + self.creep_m**2) * lasting
                     covariance[np.diag_indices(len(rows))] += self.noise_m**2
                     found.append((rows, np.linalg.cholesky(covariance)))
         return found
@@ -65,7 +66,7 @@ class Observed:
 
 
 def observe(recording: Recording) -> Observed:
-    """Cut a recording into blocks; the noise is filled in by `measured_noise`."""
+    """Cut a recording into blocks; noise and creep are filled in by the engine."""
     rate = 1.0 / float(np.median(np.diff(recording.time_s)))
     stride = max(1, round(rate * BLOCK_S))
     starts = np.arange(0, len(recording.time_s), stride)
@@ -82,6 +83,7 @@ def observe(recording: Recording) -> Observed:
         weight=weight,
         block_s=np.add.reduceat(recording.time_s, starts) / frames,
         noise_m=0.0,
+        creep_m=0.0,
         mesh_m=np.zeros(int(kept.sum())),
     )
 

@@ -217,8 +217,23 @@ def bounded_step(normal, gradient, z, low, high) -> np.ndarray:
 
 
 def temper_of(engine: Engine, residuals: dict[str, np.ndarray], names: tuple[str, ...]) -> Tempers:
-    """Samples per independent sample: `LEAST_TEMPER`, or more where whitening leaves neighbours in time alike."""
-    return {name: max(LEAST_TEMPER, _correlated(engine.observed(name), residuals[name])) for name in names}
+    """Samples per independent sample: `LEAST_TEMPER`, or more where whitening leaves neighbours in time alike.
+
+    Markers that creep over the cloth do it together: as many as err alike count as one.
+    """
+    found = {}
+    for name in names:
+        one, residual = engine.observed(name), residuals[name]
+        together = _together(one, residual) if one.creep_m else 1.0
+        found[name] = max(LEAST_TEMPER, _correlated(one, residual) * together)
+    return found
+
+
+def _together(one: Observed, residual: np.ndarray) -> float:
+    """Markers per independent marker, 1 or more: the variance of their sum over the sum of their variances."""
+    values = np.zeros(one.kept.shape)
+    values[one.kept] = np.clip(residual, -4, 4)
+    return max(1.0, float((values.sum(1) ** 2).sum() / (values**2).sum()))
 
 
 def _correlated(one: Observed, residual: np.ndarray) -> float:

@@ -68,10 +68,10 @@ RULES = (
         effects=(),
         figure="steady_markers",
         least=1,
-        can="markers stay where they are on the cloth: the cloth gets at most {strain_percent:.2g} % longer than its mesh",
-        cannot="markers: the cloth seems to get {strain_percent:.2g} % longer than its mesh, more than woven cloth does in air: "
-        "markers creep over it, or are mislabelled at times",
-        record="stick markers on, correct labels; for a knit, ignore this",
+        can="markers stay where they are on the cloth: in one grip they are never much farther apart than at rest",
+        cannot="markers: in one grip they get farther apart than cloth in air does: they creep over it by {creep_mm:.2g} mm "
+        "(standard deviation by coordinate), or are mislabelled at times; nothing smaller can be told",
+        record="stick markers on, correct labels; a diagnosis counts such an error as one that lasts and that markers share",
     ),
     Rule(
         effects=("air_drag",),
