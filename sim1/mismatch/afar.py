@@ -2,7 +2,7 @@
 
 Slopes at nothing tell a small offset. Where markers come late by a good part of a swing, the cost between rises, and a search from nothing
 gets stuck near it, with a baseline that was bent to imitate the delay. So a few values far off are simulated, from the baseline as it was
-fitted and as it was before any fit, and the best one is a start of its own.
+fitted and as it was before any fit, and the best one is the start of a calibration of its own.
 """
 
 import numpy as np
@@ -11,12 +11,12 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.decide import mean_square
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, cost_of, fit
-from sim1.mismatch.models import Model, judged
+from sim1.mismatch.models import Model, calibrate, judged
 from sim1.mismatch.screen import possible, site_of
 from sim1.mismatch.search import Term
 
 EXCESS = 2.0  # mean squared residual of a baseline from which it is worth it
-STEPS = 8  # of the search from there
+STEPS = 2  # of the search from where that ends
 
 
 def from_afar(engine: Engine, base: Fit, temper: Tempers, names: tuple[str, ...]) -> tuple[Model, ...]:
@@ -49,7 +49,9 @@ def _fitted(engine: Engine, base: Fit, term: Term, temper: Tempers, names: tuple
     if start is None:
         return None
     try:
-        found = fit(engine, unknowns, start, names, temper=temper, most=STEPS)
+        with engine.errors_kept():  # all models are compared by one idea of what mesh and step get wrong
+            alone = calibrate(engine, unknowns, start, names, lambda share: None)
+        found = fit(engine, unknowns, alone.z, names, temper=temper, most=STEPS)
     except NotConverged:  # its twins find no way; the excess that led here keeps the verdict from `none`
         return None
     return judged(found, temper, len(term.effect.afar))

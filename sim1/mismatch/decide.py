@@ -62,17 +62,24 @@ def explained(null: Fit, model: Fit, thresholds: Thresholds) -> float:
     return float(np.dot(gains, shares) / max(sum(gains), 1e-9))
 
 
-def decide(pool: list[Model], thresholds: Thresholds) -> Decision:
-    """What a pool of models, the baseline among them, says."""
+def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] = frozenset()) -> Decision:
+    """What a pool of models, the baseline among them, says.
+
+    Effects that the recordings show without any model of the cloth, `measured`, need not explain half of what is missing: that they
+    are there is known, however much else is.
+    """
     null, best = null_of(pool), best_of(pool, thresholds)
     before = mean_square(null.fit)
     if gain_of(pool, best, thresholds) >= thresholds.named:
         best = _simplest(pool, best, thresholds)  # two that gain a little each are no name, however much together
     if gain_of(pool, best, thresholds) < thresholds.named:
         return _unchanged("none" if before < thresholds.misfit else "unknown", null, before)
+    if mean_square(best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
+        pool = [model for model in pool if set(model.terms) <= measured]
+        best = best_of(pool, thresholds)
+        if gain_of(pool, best, thresholds) < thresholds.named:
+            return _unchanged("unknown", null, before)
     gain, after = gain_of(pool, best, thresholds), mean_square(best.fit)
-    if after > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
-        return _unchanged("unknown", null, before)
     close = max(thresholds.margin, thresholds.margin_share * gain)
     rivals = tuple(
         model

@@ -17,7 +17,12 @@ from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 from sim1.recording.bundle import Bundle
+from sim1.recording.lateness import is_late
 from sim1.stage import BadInput
+
+DELAYS = frozenset(
+    {"clock_offset", "actuator_lag"}
+)  # what makes markers come late, as can be measured without simulating
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +73,8 @@ def _diagnose(
     heldout = (held_out(bundle),)
     fitted = tuple(name for name in engine.names if name not in heldout)
     found = contest(engine, baseline(bundle), fitted, thresholds, lambda s, what: progress(0.02 + 0.78 * s, what))
-    decision, stopped = decide(found.pool, thresholds), engine.patience.over
+    measured = DELAYS if is_late(bundle) else frozenset()
+    decision, stopped = decide(found.pool, thresholds, measured), engine.patience.over
     progress(0.8, "checking on motion held out")
     foretold = {"baseline": _foretold(engine, decision.null)}
     foretold["augmented"] = (

@@ -1,6 +1,8 @@
 """All recordings of a bundle in any world, with slopes: residuals in units of their standard deviation."""
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -13,6 +15,7 @@ from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Unknowns
 from sim1.mismatch.workers import Done, Task, Workers
 from sim1.recording.bundle import Bundle
+from sim1.recording.creep import creep_m
 from sim1.stage import BadInput
 
 STEP_S = 1 / 60  # of searches; what it gets wrong is measured with FINE_STEP_S and corrected for
@@ -50,10 +53,12 @@ class Engine:
         self.workers = Workers(bundle, processes)
         observed = [observe(recording) for recording in bundle.recordings]
         self.noise_m = noise = _noise_m(bundle, observed)
-        self.finer = self.finest = mesh_for(bundle)  # how often the given mesh is refined
+        self.creep_m = creep = creep_m(bundle)
+        self.finer = self.finest = 0 if creep else mesh_for(bundle)  # how often the given mesh is refined
         self.stages = {
             recording.name: _Stage(
-                scene=prepare(bundle, recording, STEP_S, self.finer), observed=replace(one, noise_m=noise)
+                scene=prepare(bundle, recording, STEP_S, self.finer),
+                observed=replace(one, noise_m=noise, creep_m=creep),
             )
             for recording, one in zip(bundle.recordings, observed, strict=True)
         }
@@ -89,6 +94,16 @@ class Engine:
             stage.defect_m = exact - working
             stage.observed = replace(stage.observed, mesh_m=mesh_error(stage.observed, working - rough))
             stage.coarser_m = stage.observed.reduce(rough - working)
+
+    @contextmanager
+    def errors_kept(self) -> Iterator[None]:
+        """What is measured of the errors of mesh and step inside is forgotten at the end."""
+        kept = {name: (one.observed, one.defect_m, one.coarser_m) for name, one in self.stages.items()}
+        try:
+            yield
+        finally:
+            for name, one in self.stages.items():
+                one.observed, one.defect_m, one.coarser_m = kept[name]
 
     def coarser(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """What residuals (K,) would change by on a coarser mesh, by `refine`'s last look; zero before any."""

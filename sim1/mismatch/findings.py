@@ -187,7 +187,13 @@ def sentence(found: Diagnosis) -> str:
     if found.verdict == "none":
         return f"Nothing is missing that these recordings could show: {before:.2f} mm on held-out motion."
     if found.verdict == "named":
-        return f"Left out: {_joined(found.chosen)}. With it the error on held-out motion goes from {before:.2f} to {after:.2f} mm."
+        left = found.misfit["chosen"]
+        more = (
+            f" What is left is {left:.1f} times what noise and mesh explain: that is not all."
+            if left > THRESHOLDS.misfit
+            else ""
+        )
+        return f"Left out: {_joined(found.chosen)}. With it the error on held-out motion goes from {before:.2f} to {after:.2f} mm.{more}"
     if found.verdict == "ambiguous":
         rivals = ", ".join(_joined(rival) for rival in found.rivals)
         return f"Something was left out, and {_joined(found.chosen)} explains it no better than {rivals} ({before:.2f} to {after:.2f} mm held out)."

@@ -11,6 +11,7 @@ MOST_MARKERS = 12
 TOLD = 1.3  # times the rms of the best delay that the scatter must reach within `WINDOW_S` of it: else the motion is too slow to tell
 WINDOW_S = 0.2
 FEWEST = 40  # sightings
+LATE_S = 0.04  # cloth beside a grip trails it by up to 0.02 s where nothing is late
 
 
 def late_s(bundle: Bundle, recording: Recording) -> float | None:
@@ -35,6 +36,12 @@ def late_s(bundle: Bundle, recording: Recording) -> float | None:
         return None
     before, at, after = power[best - 1 : best + 2]
     return float(delays[best] + 0.5 * STEP_S * (before - after) / max(before - 2 * at + after, 1e-30))
+
+
+def is_late(bundle: Bundle) -> bool:
+    """Whether markers come late, or early, in the median of the recordings that tell."""
+    told = [delay for recording in bundle.recordings if (delay := late_s(bundle, recording)) is not None]
+    return bool(told) and abs(float(np.median(told))) >= LATE_S
 
 
 def _beside(bundle: Bundle, hold: Hold) -> np.ndarray:

@@ -3,10 +3,9 @@
 import numpy as np
 
 from sim1.recording.bundle import Bundle
+from sim1.recording.creep import creep_m
 from sim1.recording.figures import RecordingFigures
-
-LATE_S = 0.04  # of markers against drives: cloth beside a grip trails it by up to 0.02 s where nothing is late
-CREEP = 0.06  # change of length beyond which markers, not cloth, have moved
+from sim1.recording.lateness import LATE_S
 
 type Overall = dict[str, float | None]
 """None: cannot be measured here."""
@@ -23,7 +22,7 @@ def overall(bundle: Bundle, figures: list[RecordingFigures]) -> Overall:
     density = bundle.prior.area_density_kg_m2
     spread = density.log_std or (density.std / density.value if density.std else None)
     travels = np.concatenate([np.diff(t.position_m, axis=0) for r in bundle.recordings for t in r.drives.values()])
-    strain = max((f.strain for f in figures if f.strain is not None), default=None)
+    creep = creep_m(bundle)
     strains = [f.strain / f.strain_noise for f in figures if f.strain_noise and f.strain is not None]
     paces = [f.speed_m_s[1] for f in figures]
     late = [f.late_s for f in figures if f.late_s is not None]
@@ -72,7 +71,8 @@ def overall(bundle: Bundle, figures: list[RecordingFigures]) -> Overall:
         "curvature_least_over_noise": _least(_over(figures, 0), _over(figures, 1)),
         "strain_over_noise": max(strains, default=None),
         "strain_percent": _product(max((f.strain for f in figures if f.strain is not None), default=None), 100),
-        "steady_markers": None if strain is None else float(strain < CREEP),
+        "steady_markers": float(creep == 0.0),
+        "creep_mm": 1e3 * creep,
         "folded": float(sum(f.folded for f in figures)),
     }
 

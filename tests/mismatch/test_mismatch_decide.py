@@ -97,6 +97,19 @@ def test_a_small_excess_that_a_model_leaves_is_unknown_too(unknowns):
     assert verdict(unknowns, {("gravity_tilt",): 120.0}, misfits) == ("named", ("gravity_tilt",))
 
 
+def test_what_was_measured_without_a_model_is_named_however_much_else_is_missing(unknowns):
+    """Markers a third of a second late, over a net that creeps: the delay is known, and most of what is left has no name."""
+    pair = ("clock_offset", "wind")
+    gains = {pair: 1900.0, ("clock_offset",): 1700.0, ("actuator_lag",): 1400.0, ("wind",): 1800.0}
+    misfits = {(): 9.0, pair: 5.8, ("clock_offset",): 6.0, ("actuator_lag",): 6.2, ("wind",): 6.1}
+    pool = pool_of(unknowns, gains, misfits)
+    assert decide(pool, THRESHOLDS).verdict == "unknown"
+    found = decide(pool, THRESHOLDS, frozenset({"clock_offset", "actuator_lag"}))
+    assert (found.verdict, found.chosen.terms) == ("named", ("clock_offset",))
+    little = pool_of(unknowns, {pair: 1900.0, ("clock_offset",): 0.5 * THRESHOLDS.named}, misfits)
+    assert decide(little, THRESHOLDS, frozenset({"clock_offset"})).verdict == "unknown"
+
+
 def test_two_that_explain_it_alike_are_ambiguous_and_neither_is_hidden(unknowns):
     pool = pool_of(unknowns, {("clock_offset",): 300.0, ("actuator_lag",): 300.0 - 0.5 * THRESHOLDS.margin})
     found = decide(pool, THRESHOLDS)

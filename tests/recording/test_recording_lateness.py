@@ -7,7 +7,7 @@ from swinging import board_bundle, swing
 
 from sim1.recording.bundle import write_bundle
 from sim1.recording.examination import examine
-from sim1.recording.lateness import FARTHEST_S, late_s
+from sim1.recording.lateness import FARTHEST_S, is_late, late_s
 
 
 def later(recording, delay_s):
@@ -31,6 +31,18 @@ def test_drives_that_hardly_move_tell_nothing():
 def test_a_delay_beyond_what_is_tried_is_not_called_the_farthest():
     recording = later(swing("a", peak_rad_s=0.0, shift_m=0.4, moves_s=1.0), FARTHEST_S + 0.3)
     assert late_s(board_bundle(recording), recording) is None
+
+
+def test_a_bundle_is_late_where_most_of_what_tells_is():
+    on_time, late, still = (
+        swing("a"),
+        later(swing("b", seed=1), 0.26),
+        later(swing("c", shift_m=0.0, noise_m=5e-4), 0.2),
+    )
+    assert not is_late(board_bundle(on_time, still))
+    assert is_late(board_bundle(late, still))
+    assert is_late(board_bundle(replace(on_time, name="d"), late, later(swing("e", seed=2), 0.3)))
+    assert not is_late(board_bundle(still))
 
 
 def test_the_check_says_by_how_much_markers_come_late(tmp_path):
