@@ -1,10 +1,11 @@
-"""`python -m benchmarks.diagnosis at-truth|cost|separate`: simulator at the true parameters, seconds, recordings that settle a doubt."""
+"""`python -m benchmarks.diagnosis at-truth|cost|separate|ablate`: simulator at the truth, seconds, recordings that settle a doubt, parts left out."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from benchmarks.diagnosis.ablation import ablation
 from benchmarks.diagnosis.at_truth import at_truth
 from benchmarks.diagnosis.cost import cost
 from benchmarks.diagnosis.separating import separate
@@ -38,6 +39,15 @@ def separate_names(
 ) -> None:
     """Diagnose the same cloth without and with the recording that a report asks for."""
     typer.echo(separate(effect, strength, seed, tuple(motion), tuple(adding), out))
+
+
+@app.command("ablate")
+def ablate_parts(
+    cases: Annotated[list[Path], typer.Argument(help="folders with bundle/ and answers.json")],
+    out: Annotated[Path, typer.Option(help="folder for what was said of each case; goes on where it was")],
+) -> None:
+    """Diagnose with a part of the method left out, one part after the other."""
+    typer.echo(ablation(cases, out, lambda line: typer.echo(line, err=True)))
 
 
 if __name__ == "__main__":

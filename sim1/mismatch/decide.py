@@ -8,6 +8,7 @@ from sim1.mismatch.fit import Fit, cost_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 
+MEDIAN = 0.455  # of squared normal numbers
 GROSS = 25.0  # squared residuals count no more than this: a marker that was mislabelled is not physics
 
 
@@ -42,10 +43,18 @@ def gain_of(pool: list[Model], model: Model, thresholds: Thresholds) -> float:
     return rating(null_of(pool), thresholds) - rating(model, thresholds)
 
 
-def mean_square(fit: Fit, names: tuple[str, ...] = ()) -> float:
+def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> float:
     """Mean squared residual of some recordings, or all, gross errors capped, in units of its variance."""
     values = np.concatenate([fit.residuals[name] for name in names or fit.names])
-    return float(np.mean(np.minimum(values**2, GROSS)))
+    return float(np.mean(np.minimum(values**2, gross)))
+
+
+def _gross(null: Fit, name: str) -> float:
+    """What counts as a gross error in a recording that the baseline misses by far: it is set by how far that is.
+
+    Else nearly all of its residuals are capped, and nothing that a model explains shows.
+    """
+    return GROSS * max(1.0, float(np.median(null.residuals[name] ** 2)) / MEDIAN)
 
 
 def explained(null: Fit, model: Fit, thresholds: Thresholds) -> float:
@@ -56,7 +65,8 @@ def explained(null: Fit, model: Fit, thresholds: Thresholds) -> float:
     gains, shares = [], []
     for name in model.names:
         gain = cost_of(null.residuals, (name,), null.temper) - cost_of(model.residuals, (name,), model.temper)
-        before, after = mean_square(null, (name,)), mean_square(model, (name,))
+        gross = _gross(null, name)
+        before, after = mean_square(null, (name,), gross), mean_square(model, (name,), gross)
         gains.append(max(gain, 0.0))
         shares.append(np.clip((before - after) / (before - 1.0), 0.0, 1.0) if before > thresholds.left else 0.0)
     return float(np.dot(gains, shares) / max(sum(gains), 1e-9))
@@ -71,7 +81,8 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     null, best = null_of(pool), best_of(pool, thresholds)
     before = mean_square(null.fit)
     if gain_of(pool, best, thresholds) >= thresholds.named:
-        best = _simplest(pool, best, thresholds)  # two that gain a little each are no name, however much together
+        # Two that gain a little each are no name, however much together.
+        best = _simplest(pool, best, thresholds, measured)
     if gain_of(pool, best, thresholds) < thresholds.named:
         return _unchanged("none" if before < thresholds.misfit else "unknown", null, before)
     if mean_square(best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
@@ -115,13 +126,17 @@ def _unchanged(verdict: str, null: Model, misfit: float) -> Decision:
     return Decision(verdict=verdict, null=null, chosen=null, rivals=(), misfit={"baseline": misfit, "chosen": misfit})
 
 
-def _simplest(pool: list[Model], best: Model, thresholds: Thresholds) -> Model:
-    """Within reach of the best: with fewer effects, or of a family that the best one's contains."""
+def _simplest(pool: list[Model], best: Model, thresholds: Thresholds, measured: frozenset[str]) -> Model:
+    """Within reach of the best: with fewer effects, or of a family that the best one's contains.
+
+    No formula of a delay leaves a share of what the delay explains, so beside a measured one a second effect pays no such share.
+    """
     top = gain_of(pool, best, thresholds)
     for model in sorted(pool, key=lambda model: rating(model, thresholds)):
         gain = gain_of(pool, model, thresholds)
         simpler = len(model.terms) < len(best.terms) or _contained(model.terms, best.terms)
-        if model.terms and simpler and top - gain < worth_a_second(model, best, gain, thresholds):
+        price = thresholds.second if set(model.terms) <= measured else worth_a_second(model, best, gain, thresholds)
+        if model.terms and simpler and top - gain < price:
             best, top = model, gain
     return best
 

@@ -33,6 +33,7 @@ class Diagnosis:
     heldout: tuple[str, ...]
     temper: Tempers
     noise_m: float
+    creep_m: float  # of markers over the cloth; 0: none seen
     baseline: Model
     models: tuple[Model, ...]  # every model that was fitted, best first, the baseline among them
     chosen: Model
@@ -73,8 +74,7 @@ def _diagnose(
     heldout = (held_out(bundle),)
     fitted = tuple(name for name in engine.names if name not in heldout)
     found = contest(engine, baseline(bundle), fitted, thresholds, lambda s, what: progress(0.02 + 0.78 * s, what))
-    measured = DELAYS if is_late(bundle) else frozenset()
-    decision, stopped = decide(found.pool, thresholds, measured), engine.patience.over
+    decision, stopped = decide(found.pool, thresholds, delays_measured(bundle)), engine.patience.over
     progress(0.8, "checking on motion held out")
     foretold = {"baseline": _foretold(engine, decision.null)}
     foretold["augmented"] = (
@@ -93,6 +93,7 @@ def _diagnose(
         heldout=heldout,
         temper=found.temper,
         noise_m=engine.noise_m,
+        creep_m=engine.creep_m,
         baseline=decision.null,
         models=tuple(sorted(found.pool, key=lambda model: rating(model, thresholds))),
         chosen=decision.chosen,
@@ -109,6 +110,11 @@ def _diagnose(
         located=locate_forces(engine, decision.chosen.fit, engine.names),
         simulating_s=engine.simulating_s,
     )
+
+
+def delays_measured(bundle: Bundle) -> frozenset[str]:
+    """Effects of which the recordings show one without any simulation, if they do."""
+    return DELAYS if is_late(bundle) else frozenset()
 
 
 def _foretold(engine: Engine, model: Model) -> dict[str, np.ndarray]:

@@ -88,7 +88,8 @@ def _whole(path: Path, write: Callable[[Path], None]) -> None:
 
 def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Verdict:
     """The answer for programs."""
-    chances = probabilities(found.models, found.verdict, thresholds)
+    chances = probabilities(admitted(found, thresholds), found.verdict, thresholds)
+    chances |= {name: 0.0 for model in found.models for name in model.terms if name not in chances}
     columns, share = found.located.region()
     ids = bundle.anchors.marker
     before, after = found.rmse_m["baseline"], found.rmse_m["augmented"]
@@ -127,6 +128,14 @@ def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESH
     )
 
 
+def admitted(found: Diagnosis, thresholds: Thresholds) -> tuple[Model, ...]:
+    """Models that a verdict leaves standing: one that rates better than a named one was refused by its rules."""
+    if found.verdict not in ("named", "ambiguous"):
+        return found.models
+    best = rating(found.chosen, thresholds)
+    return tuple(model for model in found.models if model is found.chosen or rating(model, thresholds) >= best)
+
+
 def probabilities(models: tuple[Model, ...], verdict: str, thresholds: Thresholds) -> dict[str, float]:
     """Posterior share of every effect over the models that were fitted, scores eased by what nulls scatter.
 
@@ -150,7 +159,7 @@ def _why_not(name: str, found: Diagnosis, thresholds: Thresholds) -> str:
     if behind < 0 and found.verdict == "unknown":
         return f"{_joined(best)} gains {-behind:.1f} nats over the baseline, but explains too little of what is missing or foretells held-out motion worse"
     if behind < 0:
-        return f"it gains {-behind:.1f} nats beside {_joined(found.chosen)}: less than a further effect has to"
+        return f"it gains {-behind:.1f} nats beside {_joined(found.chosen)}: less than a further effect has to, or too little is explained with both"
     return f"{_joined(best)} explains {behind:.1f} nats less of the motion than {_joined(found.chosen)}"
 
 
@@ -172,7 +181,7 @@ def _next(found: Diagnosis) -> str:
         for other in names:
             if frozenset((one, other)) in SEPARATING:
                 return SEPARATING[frozenset((one, other))]
-    if found.verdict == "unknown":
+    if found.verdict == "unknown" or found.misfit["chosen"] > THRESHOLDS.misfit:
         return "repeat the worst motion slower, and once held still after it: what vanishes tells speed from stiffness and slip"
     if found.verdict == "ambiguous":
         return f"repeat the motion in which {_joined(found.chosen)} and {_joined(found.rivals[0])} differ most, at another speed"
@@ -186,17 +195,15 @@ def sentence(found: Diagnosis) -> str:
     before, after = 1e3 * found.rmse_m["baseline"]["heldout"], 1e3 * found.rmse_m["augmented"]["heldout"]
     if found.verdict == "none":
         return f"Nothing is missing that these recordings could show: {before:.2f} mm on held-out motion."
+    left = found.misfit["chosen"]
+    more = ""
+    if left > THRESHOLDS.misfit:
+        more = f" What is left is {left:.1f} times what noise and mesh explain: that is not all."
     if found.verdict == "named":
-        left = found.misfit["chosen"]
-        more = (
-            f" What is left is {left:.1f} times what noise and mesh explain: that is not all."
-            if left > THRESHOLDS.misfit
-            else ""
-        )
         return f"Left out: {_joined(found.chosen)}. With it the error on held-out motion goes from {before:.2f} to {after:.2f} mm.{more}"
     if found.verdict == "ambiguous":
         rivals = ", ".join(_joined(rival) for rival in found.rivals)
-        return f"Something was left out, and {_joined(found.chosen)} explains it no better than {rivals} ({before:.2f} to {after:.2f} mm held out)."
+        return f"Something was left out, and {_joined(found.chosen)} explains it no better than {rivals} ({before:.2f} to {after:.2f} mm held out).{more}"
     nearest = f"; {_joined(found.models[0])} comes nearest and is not borne out" if found.models[0].terms else ""
     return f"Something was left out that no known effect explains: {before:.2f} mm on held-out motion{nearest}."
 
@@ -211,6 +218,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
             "fitted": found.fitted,
             "heldout": found.heldout,
             "converged": _settled(found),
+            "creep_m": found.creep_m,
             "misfit": {**found.misfit, "limit": thresholds.misfit},
             "prices": {name: getattr(thresholds, name) for name in Prices.model_fields},
             "ranking": [

@@ -56,6 +56,7 @@ class Summary(Strict):
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; it has a veto on names
     converged: bool  # the searches of the baseline and of the chosen model
+    creep_m: float  # of markers over the cloth, standard deviation by coordinate; counted as an error that lasts
     misfit: Misfit
     prices: Prices
     ranking: tuple[Ranked, ...]

@@ -100,14 +100,33 @@ def test_a_small_excess_that_a_model_leaves_is_unknown_too(unknowns):
 def test_what_was_measured_without_a_model_is_named_however_much_else_is_missing(unknowns):
     """Markers a third of a second late, over a net that creeps: the delay is known, and most of what is left has no name."""
     pair = ("clock_offset", "wind")
-    gains = {pair: 1900.0, ("clock_offset",): 1700.0, ("actuator_lag",): 1400.0, ("wind",): 1800.0}
+    gains = {pair: 950.0, ("clock_offset",): 850.0, ("actuator_lag",): 700.0, ("wind",): 900.0}
     misfits = {(): 9.0, pair: 5.8, ("clock_offset",): 6.0, ("actuator_lag",): 6.2, ("wind",): 6.1}
     pool = pool_of(unknowns, gains, misfits)
     assert decide(pool, THRESHOLDS).verdict == "unknown"
     found = decide(pool, THRESHOLDS, frozenset({"clock_offset", "actuator_lag"}))
     assert (found.verdict, found.chosen.terms) == ("named", ("clock_offset",))
-    little = pool_of(unknowns, {pair: 1900.0, ("clock_offset",): 0.5 * THRESHOLDS.named}, misfits)
+    little = pool_of(unknowns, {pair: 950.0, ("clock_offset",): 0.5 * THRESHOLDS.named}, misfits)
     assert decide(little, THRESHOLDS, frozenset({"clock_offset"})).verdict == "unknown"
+
+
+def test_beside_a_delay_that_was_measured_a_second_effect_pays_no_share_of_what_the_delay_gained(unknowns):
+    pair = ("air_drag", "clock_offset")
+    pool = pool_of(
+        unknowns,
+        {("clock_offset",): 900.0, pair: 900.0 + 1.4 * THRESHOLDS.second},
+        {(): 9.0, ("clock_offset",): 4.5, pair: 3.8},
+    )
+    assert THRESHOLDS.second_share * 900 > 1.4 * THRESHOLDS.second
+    assert decide(pool, THRESHOLDS).chosen.terms == ("clock_offset",)
+    assert decide(pool, THRESHOLDS, frozenset({"clock_offset"})).chosen.terms == pair
+
+
+def test_what_a_model_explains_shows_where_the_baseline_misses_by_far(unknowns):
+    """With a fixed cap on gross errors, both would count the same."""
+    null, better = fitted(unknowns, thrown=300.0), fitted(unknowns, thrown=40.0)
+    assert mean_square(null) == mean_square(better) == 25.0
+    assert explained(null, better, THRESHOLDS) == pytest.approx(260 / 299)
 
 
 def test_two_that_explain_it_alike_are_ambiguous_and_neither_is_hidden(unknowns):
