@@ -27,7 +27,7 @@ from sim1.mismatch.screen import screen, site_of
 from sim1.mismatch.search import Unknowns, baseline
 from sim1.mismatch.thresholds import THRESHOLDS
 from sim1.proof.draw import Case
-from sim1.proof.score import is_right, kind_of, read_answers
+from sim1.proof.score import Answers, is_right, kind_of, read_answers
 from sim1.recording.bundle import Bundle, read_bundle
 
 COLUMNS = ("whole", "no veto", "nothing measured", "screening alone", "not orthogonal")
@@ -51,7 +51,9 @@ def ablation(folders: list[Path], out: Path, tell: Callable[[str], None]) -> str
     Writes OUT/CASE.json after each case, and asks no case twice.
     """
     rows, right = [], dict.fromkeys(COLUMNS, 0)
-    for folder in folders:
+    for folder, answers in [
+        (folder, _answers(folder)) for folder in folders
+    ]:  # all that is missing is told before hours of work
         path = out / f"{folder.name}.json"
         if not path.is_file():
             out.mkdir(parents=True, exist_ok=True)
@@ -60,8 +62,6 @@ def ablation(folders: list[Path], out: Path, tell: Callable[[str], None]) -> str
             part.replace(path)
             tell(f"{folder.name}: done")
         said = {label: (verdict, tuple(names)) for label, (verdict, names) in json.loads(path.read_text()).items()}
-        given = json.loads((folder / "answers.json").read_text())["case"]
-        answers = read_answers(folder / "answers.json", Case(**given))
         concealed = tuple(effect.name for effect in answers.effects)
         cells = []
         for label in COLUMNS:
@@ -72,6 +72,11 @@ def ablation(folders: list[Path], out: Path, tell: Callable[[str], None]) -> str
     counts = " | ".join(f"{right[label]} of {len(folders)}" for label in COLUMNS)
     head = [f"| concealed | {' | '.join(COLUMNS)} |", "| --- " * (len(COLUMNS) + 1) + "|"]
     return "\n".join([*head, *rows, f"| right | {counts} |"])
+
+
+def _answers(folder: Path) -> Answers:
+    path = folder / "answers.json"
+    return read_answers(path, Case(**json.loads(path.read_text())["case"]))
 
 
 def _said(bundle: Bundle) -> dict[str, Said]:
