@@ -20,7 +20,7 @@ def cell_physics(physics: ClothPhysics) -> ClothPhysics:
         for entry, effect in zip(physics.effects, effects, strict=True)
         if acts(type(effect)) and not effect.measured
     )
-    return replace(physics, effects=kept, mesh={})
+    return replace(physics, effects=kept, mesh={}, mesh_refined=None)
 
 
 def effects_left_out(model: ClothPhysics, cell: ClothPhysics) -> tuple[str, ...]:

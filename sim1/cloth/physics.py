@@ -13,6 +13,7 @@ SCHEMA = "sim1.model/1"
 SCALARS = ("area_density_kg_m2", "thickness_m", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
 CONTACTS = ("table", "robot", "self")
 MESH = ("length_u", "length_v", "clamp", "rim")
+MOST_REFINED = 3  # 64 faces for one: more is a slip
 PRIOR_FRICTION = {"table": 0.4, "robot": 1.5, "self": 0.25}  # cotton on wood, on rubber finger pads, on cotton
 
 
@@ -51,6 +52,7 @@ class ClothPhysics:
     mesh: dict[str, float] = field(
         default_factory=dict
     )  # what the identification simulator's own mesh was found to get wrong
+    mesh_refined: int | None = None  # how often every face of the bundle's mesh was cut into four there; None: not said
 
     def with_values(self, **values: float) -> "ClothPhysics":
         """The same fabric with some scalar values replaced; their intervals are dropped."""
@@ -113,6 +115,8 @@ def write_physics(path: Path, physics: ClothPhysics) -> None:
         content["grips"] = [dict(grip) for grip in physics.grips]
     if physics.mesh:
         content["mesh"] = dict(physics.mesh)
+    if physics.mesh_refined is not None:
+        content["mesh_refined"] = physics.mesh_refined
     path.write_text(yaml.safe_dump(content, sort_keys=False))
 
 
@@ -145,7 +149,14 @@ def _from_mapping(content: dict[str, Any], where: str, *, strict: bool) -> Cloth
         effects=tuple(content.get("effects") or ()),
         grips=_grips(content.get("grips") or (), where),
         mesh=_mesh(content.get("mesh") or {}, where),
+        mesh_refined=_refined(content.get("mesh_refined"), where),
     )
+
+
+def _refined(value: Any, where: str) -> int | None:
+    if value is not None and (isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MOST_REFINED):
+        raise BadInput(f"{where}: mesh_refined is {value!r}, expected a whole number from 0 to {MOST_REFINED}")
+    return value
 
 
 def _mesh(entries: Any, where: str) -> dict[str, float]:

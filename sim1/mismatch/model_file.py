@@ -12,6 +12,7 @@ from sim1.cloth.physics import MESH, PRIOR_FRICTION, ClothPhysics, Friction, Pro
 from sim1.cloth.precise.held_places import Key, held_places
 from sim1.cloth.precise.start import table_z
 from sim1.cloth.precise.world import World
+from sim1.mismatch.engine import mesh_for
 from sim1.mismatch.fit import Fit
 from sim1.mismatch.uncertainty import covariance, deviations
 from sim1.recording.bundle import Bundle
@@ -44,6 +45,7 @@ def physics_of(bundle: Bundle, found: Fit) -> ClothPhysics:
         effects=tuple(effect_entry(found, index) for index in range(len(found.unknowns.terms))),
         grips=_grips(bundle, world),
         mesh={c.name: float(getattr(world, c.name)) for c in found.unknowns.nominal if c.name in MESH},
+        mesh_refined=mesh_for(bundle),
     )
 
 

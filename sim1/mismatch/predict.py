@@ -27,11 +27,12 @@ def predict(
     """
     bundle = with_grips(bundle, physics)
     world, tables = world_of(physics, bundle), []
+    refined = mesh_for(bundle) if physics.mesh_refined is None else physics.mesh_refined
     for number, recording in enumerate(bundle.recordings):
         progress(number / len(bundle.recordings), recording.name)
         ends = max(float(track.time_s[-1]) for track in recording.drives.values())
         time = np.arange(int(np.floor(ends * RATE_HZ + 1e-6)) + 1) / RATE_HZ
-        markers = simulate(prepare(bundle, recording, FINE_STEP_S, mesh_for(bundle), time), [world]).markers_m[0]
+        markers = simulate(prepare(bundle, recording, FINE_STEP_S, refined, time), [world]).markers_m[0]
         flat = markers.reshape(-1, 3)
         tables.append(
             pd.DataFrame(

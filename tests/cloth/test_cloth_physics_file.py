@@ -32,6 +32,7 @@ def test_a_model_file_reads_back_as_written(tmp_path):
         friction=Friction(table=Property(value=0.5, ci95=(0.4, 0.6))),
         effects=({"name": "hysteresis", "parameters": {"a": {"value": 1.0, "ci95": None, "unit": "N"}}},),
         mesh={"length_u": 1.0004, "rim": 1.3},
+        mesh_refined=1,
     )
     write_physics(tmp_path / "model.yaml", physics)
     assert read_physics(tmp_path / "model.yaml") == physics
@@ -49,6 +50,8 @@ def test_priors_give_values_without_intervals():
         ({"schema": "sim1.model/2"}, "schema"),
         ({"mesh": {"rim": -1.0}}, "mesh.rim"),
         ({"mesh": {"height": 1.0}}, "height"),
+        ({"mesh_refined": -1}, "mesh_refined"),
+        ({"mesh_refined": True}, "mesh_refined"),
         ({"stretch_n_m": {"value": -1.0, "ci95": None}}, "stretch_n_m"),
         ({"stretch_n_m": {"value": "400", "ci95": None}}, "stretch_n_m"),
         ({"poisson": {"value": 1.5, "ci95": None}}, "poisson"),
