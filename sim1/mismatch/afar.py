@@ -49,7 +49,7 @@ def _fitted(engine: Engine, base: Fit, term: Term, temper: Tempers, names: tuple
     if start is None:
         return None
     try:
-        with engine.errors_kept():  # all models are compared by one idea of what mesh and step get wrong
+        with engine.aside():  # all models are compared by one idea of what mesh and step get wrong
             alone = calibrate(engine, unknowns, start, names, lambda share: None)
         found = fit(engine, unknowns, alone.z, names, temper=temper, most=STEPS)
     except NotConverged:  # its twins find no way; the excess that led here keeps the verdict from `none`

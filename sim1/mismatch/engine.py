@@ -53,8 +53,8 @@ class Engine:
         self.workers = Workers(bundle, processes)
         observed = [observe(recording) for recording in bundle.recordings]
         self.noise_m = noise = _noise_m(bundle, observed)
-        self.creep_m = creep = creep_m(bundle)
-        self.finer = self.finest = 0 if creep else mesh_for(bundle)  # how often the given mesh is refined
+        self.creep_m = creep = creep_m(bundle) or 0.0
+        self.finer = self.finest = mesh_for(bundle)  # how often the given mesh is refined
         self.stages = {
             recording.name: _Stage(
                 scene=prepare(bundle, recording, STEP_S, self.finer),
@@ -96,12 +96,14 @@ class Engine:
             stage.coarser_m = stage.observed.reduce(rough - working)
 
     @contextmanager
-    def errors_kept(self) -> Iterator[None]:
-        """What is measured of the errors of mesh and step inside is forgotten at the end."""
+    def aside(self) -> Iterator[None]:
+        """Mesh, pull, and what is known of the errors of mesh and step, are at the end what they were, however it ends."""
         kept = {name: (one.observed, one.defect_m, one.coarser_m) for name, one in self.stages.items()}
+        settings = self.finer, self.follow_hz
         try:
             yield
         finally:
+            self.finer, self.follow_hz = settings
             for name, one in self.stages.items():
                 one.observed, one.defect_m, one.coarser_m = kept[name]
 
@@ -213,5 +215,5 @@ def _noise_m(bundle: Bundle, observed: list[Observed]) -> float:
 
 
 def mesh_for(bundle: Bundle) -> int:
-    """How often the bundle's mesh is refined before anything is simulated."""
-    return int(len(bundle.mesh.vertices_m) < ENOUGH_VERTICES)
+    """How often the bundle's mesh is refined before anything is simulated: markers that creep are off by more than a mesh is."""
+    return int(len(bundle.mesh.vertices_m) < ENOUGH_VERTICES and not creep_m(bundle))

@@ -18,16 +18,19 @@ FEWEST = 100  # lengths
 FEWEST_FRAMES = 3  # at rest
 
 
-def creep_m(bundle: Bundle) -> float:
-    """Standard deviation [m] by coordinate of where markers are on the cloth; 0 where none is seen.
+def creep_m(bundle: Bundle) -> float | None:
+    """Standard deviation [m] by coordinate of where markers are on the cloth; 0 where none is seen, None where nothing tells.
 
     From markers that are farther apart than on the mesh and at rest. Two grips could pull them so; only recordings with one tell.
     """
     points = material_of_markers(bundle)
     if points is None or len(points) < 2:
-        return 0.0
+        return None
     apart = np.linalg.norm(points[:, None] - points, axis=-1)
-    longer = np.concatenate([np.empty(0), *(_longer(r, apart) for r in bundle.recordings if len(r.holds) == 1)])
+    errors = np.concatenate([np.empty(0), *(_errors(r, apart) for r in bundle.recordings if len(r.holds) == 1)])
+    if len(errors) < FEWEST:
+        return None
+    longer = errors[errors > 0]
     if len(longer) < FEWEST:
         return 0.0
     noise = [found.std_m for recording in bundle.recordings if (found := marker_noise(recording))]
@@ -35,8 +38,8 @@ def creep_m(bundle: Bundle) -> float:
     return float(np.sqrt(power)) if power > LEAST_M**2 else 0.0
 
 
-def _longer(recording: Recording, apart_m: np.ndarray) -> np.ndarray:
-    """By how much distances exceed those on the mesh and at rest, where they do."""
+def _errors(recording: Recording, apart_m: np.ndarray) -> np.ndarray:
+    """By how much distances exceed those on the mesh and at rest [m]; below 0 where cloth is bent."""
     a, b = np.triu_indices(len(apart_m), 1)
     far = np.flatnonzero(apart_m[a, b] > FAR * apart_m.max())
     far = far[:: max(1, len(far) // MOST_PAIRS)]
@@ -49,4 +52,4 @@ def _longer(recording: Recording, apart_m: np.ndarray) -> np.ndarray:
         rest[told] = np.nanmedian(seen[:, told], axis=0)
         length = np.fmax(length, np.linalg.norm(rest[a] - rest[b], axis=-1))
     error = np.linalg.norm(recording.markers_m[:, a] - recording.markers_m[:, b], axis=-1) - length
-    return error[error > 0]
+    return error[np.isfinite(error)]

@@ -71,8 +71,8 @@ def overall(bundle: Bundle, figures: list[RecordingFigures]) -> Overall:
         "curvature_least_over_noise": _least(_over(figures, 0), _over(figures, 1)),
         "strain_over_noise": max(strains, default=None),
         "strain_percent": _product(max((f.strain for f in figures if f.strain is not None), default=None), 100),
-        "steady_markers": float(creep == 0.0),
-        "creep_mm": 1e3 * creep,
+        "steady_markers": None if creep is None else float(creep == 0.0),
+        "creep_mm": _product(creep, 1e3),
         "folded": float(sum(f.folded for f in figures)),
     }
 
