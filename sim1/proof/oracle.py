@@ -2,12 +2,17 @@
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sim1.proof.files import Files, Oracle, write_whole
 from sim1.proof.score import Outcome
 from sim1.recording.bundle import Bundle, read_bundle
+
+if TYPE_CHECKING:
+    from sim1.mismatch.search import Unknowns
 
 
 def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str], None]) -> None:
@@ -42,21 +47,12 @@ def heldout_m(bundle: Bundle, effects: Mapping[str, Mapping[str, float]], fabric
 
     None: no simulation of it found its way.
     """
-    from sim1.cloth.effects import EFFECTS
     from sim1.cloth.precise.simulate import NotConverged
     from sim1.mismatch.engine import Engine
     from sim1.mismatch.heldout import held_out, rmse_of
     from sim1.mismatch.models import calibrate
-    from sim1.mismatch.search import Term, baseline
 
-    plain, held = baseline(bundle), held_out(bundle)
-    start = [c.z(fabric[c.name]) if c.name in fabric else 0.0 for c in plain.nominal]
-    terms = []
-    for name, true in effects.items():
-        shapes = {c.name: true[c.name] for c in EFFECTS[name].coefficients if c.shape and c.name in true}
-        terms.append(Term.of(EFFECTS[name], shapes))
-        start += [0.0 if c.shape or c.name not in true else c.z(true[c.name]) for c in terms[-1].coefficients]
-    model, z = plain.with_terms(*terms), np.array(start)
+    (model, z), held = as_told(bundle, effects, fabric), held_out(bundle)
     with Engine(bundle) as engine:
         names = tuple(name for name in engine.names if name != held)
         try:
@@ -65,3 +61,22 @@ def heldout_m(bundle: Bundle, effects: Mapping[str, Mapping[str, float]], fabric
         except NotConverged:
             return None
     return rmse_of(bundle, markers, (held,))
+
+
+def as_told(
+    bundle: Bundle, effects: Mapping[str, Mapping[str, float]], fabric: Mapping[str, float]
+) -> tuple["Unknowns", np.ndarray]:
+    """The model with these effects, and its z where they and the fabric have these values."""
+    from sim1.cloth.effects import EFFECTS
+    from sim1.mismatch.search import Term, baseline
+
+    plain = baseline(bundle)
+    about_origin = replace(plain.base, frame_centre_m=(0.0, 0.0, 0.0))  # as answers tell a frame
+    plain = replace(plain, base=about_origin)
+    start = [c.z(fabric[c.name]) if c.name in fabric else 0.0 for c in plain.nominal]
+    terms = []
+    for name, true in effects.items():
+        shapes = {c.name: true[c.name] for c in EFFECTS[name].coefficients if c.shape and c.name in true}
+        terms.append(Term.of(EFFECTS[name], shapes))
+        start += [0.0 if c.shape or c.name not in true else c.z(true[c.name]) for c in terms[-1].coefficients]
+    return plain.with_terms(*terms), np.array(start)

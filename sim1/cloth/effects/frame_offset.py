@@ -46,9 +46,11 @@ class FrameOffset(Effect):
     @classmethod
     def published(cls, world: World, values: dict[str, float]) -> dict[str, float]:
         """The same about the origin."""
-        del values
-        return dict(
-            zip(("tx", "ty", "tz", "rx", "ry", "rz"), (*world.frame_shift_m, *world.frame_turn_rad), strict=True)
-        )
+        names = (c.name for c in cls.coefficients)
+        return dict(zip(names, (*world.frame_shift_m, *world.frame_turn_rad), strict=True))
+
+    def act(self, world: World) -> World:
+        """The world with this effect, whose parameters are about the origin."""
+        return super().act(replace(world, frame_centre_m=(0.0, 0.0, 0.0)))
 
     measured: ClassVar[bool] = True
