@@ -7,7 +7,7 @@ import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.afar import from_afar
-from sim1.mismatch.decide import best_of, gain_of, null_of, rating, worth_a_second
+from sim1.mismatch.decide import best_of, gain_of, null_of, rating, rivals_of, worth_a_second
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
 from sim1.mismatch.models import Model, calibrate, extended, judged
@@ -19,7 +19,8 @@ FINALISTS = 3  # models, the baseline among them, that are fitted again once the
 AGAIN = 2  # iterations of that
 NEAR, FAR = 3.0, 0.3  # of a threshold, and of what the best gains: models further behind it are not fitted again
 WORTH_MORE = 0.5  # share of a threshold from which more effort is spent
-PARTNERS = 3  # second effects that are tried
+PARTNERS = 3  # second effects that are tried beside each
+FIRSTS = 3  # models that they are tried beside: the best one and its closest rivals
 
 Progress = Callable[[float, str], None]
 
@@ -106,21 +107,31 @@ def sharpened(engine: Engine, found: Contest, names: tuple[str, ...], thresholds
 def with_a_second(
     engine: Engine, found: Contest, names: tuple[str, ...], thresholds: Thresholds, progress: Progress
 ) -> Contest:
-    """Effects beside the best one: a baseline that imitates an effect is a bad place to look for another from."""
+    """Effects beside the best one: a baseline that imitates an effect is a bad place to look for another from.
+
+    Beside its rivals too, else one of two that explain it alike would be chosen because the other was not taken further.
+    """
     best = best_of(found.pool, thresholds)
-    gain = gain_of(found.pool, best, thresholds)
-    pairs = extended(
-        engine,
-        best.fit,
-        found.temper,
-        names,
-        lambda share, name: progress(share, f"{name} beside {best.terms[0]}"),
-        most=PARTNERS,
-        least=WORTH_MORE * worth_a_second(best, None, gain, thresholds),
-        variants=best.variants,
-    )
-    pool = simplified(engine, [*found.pool, *pairs.models], thresholds, names)
-    return Contest(pool=pool, temper=found.temper, lost=(*found.lost, *pairs.lost))
+    rivals = sorted(rivals_of(found.pool, best, thresholds), key=lambda model: rating(model, thresholds))
+    firsts, pairs, lost = (best, *rivals)[:FIRSTS], [], []
+    for number, first in enumerate(firsts):
+        gain = gain_of(found.pool, first, thresholds)
+        tried = extended(
+            engine,
+            first.fit,
+            found.temper,
+            names,
+            lambda share, name, n=number, one=first: progress(
+                (n + share) / len(firsts), f"{name} beside {one.terms[0]}"
+            ),
+            most=PARTNERS,
+            least=WORTH_MORE * worth_a_second(first, None, gain, thresholds),
+            variants=first.variants,
+        )
+        pairs += tried.models
+        lost += tried.lost
+    pool = simplified(engine, _best_of_each((*found.pool, *pairs)), thresholds, names)
+    return Contest(pool=pool, temper=found.temper, lost=(*found.lost, *lost))
 
 
 def simplified(engine: Engine, pool: list[Model], thresholds: Thresholds, names: tuple[str, ...]) -> list[Model]:

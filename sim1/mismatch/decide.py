@@ -90,9 +90,21 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
         best = best_of(pool, thresholds)
         if gain_of(pool, best, thresholds) < thresholds.named:
             return _unchanged("unknown", null, before)
-    gain, after = gain_of(pool, best, thresholds), mean_square(best.fit)
+    rivals = rivals_of(pool, best, thresholds)
+    return Decision(
+        verdict="ambiguous" if rivals else "named",
+        null=null,
+        chosen=best,
+        rivals=rivals,
+        misfit={"baseline": before, "chosen": mean_square(best.fit)},
+    )
+
+
+def rivals_of(pool: list[Model], best: Model, thresholds: Thresholds) -> tuple[Model, ...]:
+    """Models of other effects, no more of them, that explain it about as well as `best`."""
+    gain = gain_of(pool, best, thresholds)
     close = max(thresholds.margin, thresholds.margin_share * gain)
-    rivals = tuple(
+    return tuple(
         model
         for model in pool
         if model.terms
@@ -101,13 +113,6 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
         and not _contained(best.terms, model.terms)
         and len(model.terms) <= len(best.terms)
         and gain - gain_of(pool, model, thresholds) < close
-    )
-    return Decision(
-        verdict="ambiguous" if rivals else "named",
-        null=null,
-        chosen=best,
-        rivals=rivals,
-        misfit={"baseline": before, "chosen": after},
     )
 
 

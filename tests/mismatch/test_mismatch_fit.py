@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
-from small_bundle import empty_bundle
+from small_bundle import empty_bundle, filmed, plain_world
 
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.precise.simulate import NotConverged
@@ -145,6 +145,47 @@ def test_effects_are_sought_again_from_a_baseline_that_was_freed(unknowns, monke
     assert starts == [pytest.approx(stuck.cost), pytest.approx(arrived.cost, abs=0.1)]
     assert contest.null_of(found.pool).score == pytest.approx(found.pool[1].score, abs=0.1)
     assert [model.terms for model in found.pool] == [(), ("air_drag",), ("clock_offset",)]  # the first round's too
+
+
+def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, monkeypatch):
+    """Else one of two that explain it alike wins because the other was not taken further."""
+    engine, tempers = Straight(), {"only": 1.0}
+    stuck = fit(engine, unknowns, np.array([30.0, 30.0]), ("only",), temper=tempers, most=0)
+    near = fit(engine, unknowns, TRUE + 0.01, ("only",), temper=tempers, most=0)
+    arrived = fit(engine, unknowns, TRUE, ("only",), temper=tempers, most=0)
+    names = {id(near): "clock_offset", id(arrived): "actuator_lag"}
+    singles = [
+        Model(terms=(name,), fit=one, variants=1) for one, name in ((near, "clock_offset"), (arrived, "actuator_lag"))
+    ]
+    pool = [Model(terms=(), fit=stuck, variants=1), *singles, Model(terms=("adhesion",), fit=stuck, variants=1)]
+
+    def with_drag(engine, base, *rest, **how):
+        pair = tuple(sorted((names[id(base)], "air_drag")))
+        return Tried(models=(Model(terms=pair, fit=base, variants=1),))
+
+    monkeypatch.setattr(contest, "extended", with_drag)
+    found = contest.with_a_second(
+        engine, contest.Contest(pool=pool, temper=tempers), ("only",), THRESHOLDS, lambda share, what: None
+    )
+    tried = {model.terms for model in found.pool if len(model.terms) == 2}
+    assert tried == {("air_drag", "clock_offset"), ("actuator_lag", "air_drag")}  # and none beside the hopeless
+
+
+def test_a_search_aside_leaves_the_mesh_and_its_errors_as_they_were_even_where_it_finds_no_way():
+    with Engine(filmed(empty_bundle(motions=2))) as engine:
+        engine.refine(plain_world(engine.bundle), engine.names)
+        before = engine.finer, engine.follow_hz, [engine.observed(name).mesh_m for name in engine.names]
+
+        def lost():
+            with engine.aside():
+                engine.finer, engine.follow_hz = 0, 0.5
+                engine.refine(replace(plain_world(engine.bundle), stretch_n_m=50.0), engine.names)
+                raise NotConverged("no way")
+
+        with pytest.raises(NotConverged):
+            lost()
+        assert (engine.finer, engine.follow_hz) == before[:2]
+        assert all(engine.observed(n).mesh_m is kept for n, kept in zip(engine.names, before[2], strict=True))
 
 
 def test_noise_that_is_neither_stated_nor_measurable_is_asked_for():
