@@ -52,6 +52,8 @@ def judge(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
     judged = _scored(files, drawn, record)
     if isinstance(judged, Outcome):
         write_whole(files.outcome(record.case), judged)
+    else:  # what was scored before answers changed must not come back once they are gone
+        files.outcome(record.case).unlink(missing_ok=True)
     return judged
 
 

@@ -113,6 +113,18 @@ def test_answers_exchanged_before_the_diagnosis_stop_it(tmp_path):
     assert len(notes(tmp_path, "diagnosis")) == 1
 
 
+def test_a_case_whose_answers_changed_after_it_was_scored_counts_nowhere_even_when_they_are_gone(tmp_path):
+    work = campaign(tmp_path, (DRAG, NULL))
+    prove(work)
+    path = work.files.answers("case_001")
+    path.write_text(path.read_text().replace("air_drag", "wind"))
+    assert [one.case for one in rewrite(work.files).outcomes] == ["case_002"]
+    path.unlink()
+    proof = rewrite(work.files)
+    assert [one.case for one in proof.outcomes] == ["case_002"]
+    assert proof.carried == ()
+
+
 def test_a_case_that_fails_is_recorded_with_its_cause_and_the_others_go_on(tmp_path):
     proof = prove(campaign(tmp_path, (LAME, SHRUNK, DRAG), parallel=2))
     assert [(one.case, one.verdict, one.right) for one in proof.outcomes] == [
