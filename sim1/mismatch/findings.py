@@ -198,7 +198,7 @@ def sentence(found: Diagnosis) -> str:
     left = found.misfit["chosen"]
     more = ""
     if left > THRESHOLDS.misfit:
-        more = f" What is left is {left:.1f} times what noise and mesh explain: that is not all."
+        more = f" The mean square of what is left is {left:.1f} times what noise and mesh explain: that is not all."
     if found.verdict == "named":
         return f"Left out: {_joined(found.chosen)}. With it the error on held-out motion goes from {before:.2f} to {after:.2f} mm.{more}"
     if found.verdict == "ambiguous":
