@@ -51,9 +51,8 @@ def ablation(folders: list[Path], out: Path, tell: Callable[[str], None]) -> str
     Writes OUT/CASE.json after each case, and asks no case twice.
     """
     rows, right = [], dict.fromkeys(COLUMNS, 0)
-    for folder, answers in [
-        (folder, _answers(folder)) for folder in folders
-    ]:  # all that is missing is told before hours of work
+    given = [(folder, _answers(folder)) for folder in folders]  # what is missing is told before hours of work
+    for folder, answers in given:
         path = out / f"{folder.name}.json"
         if not path.is_file():
             out.mkdir(parents=True, exist_ok=True)

@@ -10,9 +10,7 @@ from benchmarks.concealed.effects.air import AddedMass, AirDrag, Wind
 from benchmarks.concealed.effects.curl import BendingHysteresis, PlasticCrease, RestCurvature, ViscoelasticCreep
 from benchmarks.concealed.effects.effect import Effect
 from benchmarks.concealed.effects.elastic import AnisotropicBending, AnisotropicStretch, Shrinkage, StrainStiffening
-from benchmarks.concealed.effects.measurement import (
-    GravityTilt,
-)
+from benchmarks.concealed.effects.measurement import GravityTilt
 from benchmarks.concealed.effects.outside import Drying, FanJet, HiddenThread, Magnet, StaticCharge
 from benchmarks.concealed.effects.patches import HeavyRegion, StiffRegion
 from benchmarks.concealed.effects.robot import ActuatorLag, GripCompliance, GripperVibration, GripSlip
