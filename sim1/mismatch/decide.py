@@ -7,6 +7,7 @@ import numpy as np
 from sim1.mismatch.fit import Fit, cost_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
+from sim1.mismatch.uncertainty import established
 
 MEDIAN = 0.455  # of squared normal numbers
 GROSS = 25.0  # squared residuals count no more than this: a marker that was mislabelled is not physics
@@ -78,13 +79,14 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     Effects that the recordings show without any model of the cloth, `measured`, need not explain half of what is missing: that they
     are there is known, however much else is.
     """
-    null, best = null_of(pool), best_of(pool, thresholds)
+    null, best = null_of(pool), _leader(pool, thresholds, measured)
     before = mean_square(null.fit)
-    if gain_of(pool, best, thresholds) >= thresholds.named:
-        # Two that gain a little each are no name, however much together.
-        best = _simplest(pool, best, thresholds, measured)
     if gain_of(pool, best, thresholds) < thresholds.named:
         return _unchanged("none" if before < thresholds.misfit else "unknown", null, before)
+    pool = [model for model in pool if established(model.fit, thresholds.level)]
+    best = _leader(pool, thresholds, measured)
+    if gain_of(pool, best, thresholds) < thresholds.named:  # something gains, and nothing that is there beyond doubt
+        return _unchanged("unknown", null, before)
     if mean_square(best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
         pool = [model for model in pool if set(model.terms) <= measured]
         best = best_of(pool, thresholds)
@@ -121,7 +123,9 @@ def not_borne_out(decision: Decision, heldout_m: dict[str, float], thresholds: T
 
     `heldout_m`: errors of `baseline` and `augmented` on it.
     """
-    if decision.chosen is decision.null or heldout_m["augmented"] <= thresholds.heldout * heldout_m["baseline"]:
+    gain = gain_of([decision.null], decision.chosen, thresholds)
+    limit = thresholds.heldout_strong if gain >= thresholds.strong * thresholds.named else thresholds.heldout
+    if decision.chosen is decision.null or heldout_m["augmented"] <= limit * heldout_m["baseline"]:
         return decision
     return _unchanged("unknown", decision.null, decision.misfit["baseline"])
 
@@ -129,6 +133,12 @@ def not_borne_out(decision: Decision, heldout_m: dict[str, float], thresholds: T
 def _unchanged(verdict: str, null: Model, misfit: float) -> Decision:
     """The baseline stays what is simulated: nothing is missing, or nothing that is known explains it."""
     return Decision(verdict=verdict, null=null, chosen=null, rivals=(), misfit={"baseline": misfit, "chosen": misfit})
+
+
+def _leader(pool: list[Model], thresholds: Thresholds, measured: frozenset[str]) -> Model:
+    """The best, or a simpler one within its reach: two that gain a little each are no name, however much together."""
+    best = best_of(pool, thresholds)
+    return best if gain_of(pool, best, thresholds) < thresholds.named else _simplest(pool, best, thresholds, measured)
 
 
 def _simplest(pool: list[Model], best: Model, thresholds: Thresholds, measured: frozenset[str]) -> Model:

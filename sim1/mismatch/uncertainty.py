@@ -37,6 +37,23 @@ def deviations(found: Fit) -> np.ndarray:
     return np.sqrt(np.diag(covariance(found)))
 
 
+def established(found: Fit, level: float) -> bool:
+    """Whether each effect's strengths differ from nothing: Wald's test of all of them, at `level`, with `covariance`.
+
+    Evidence grows with every sample that is fitted better, also where recordings pull a coefficient to and fro, each by its own
+    error of the simulator.
+    """
+    whole, first = covariance(found), len(found.unknowns.nominal)
+    for term in found.unknowns.terms:
+        places = [first + k for k, c in enumerate(term.coefficients) if not c.shape]
+        first += len(term.coefficients)
+        strengths = found.z[places]
+        distance = float(strengths @ np.linalg.solve(whole[np.ix_(places, places)], strengths))
+        if stats.chi2.sf(distance, len(places)) > level:
+            return False
+    return True
+
+
 def scatter(found: Fit) -> np.ndarray:
     """Covariance (P, P) by which recordings disagree; zero with one recording, which disagrees with none."""
     count = len(found.names)

@@ -146,9 +146,28 @@ def test_a_name_with_which_motion_held_out_is_foretold_worse_is_withdrawn(unknow
     found = decide(pool_of(unknowns, {("air_drag",): 500.0}), THRESHOLDS)
     kept = not_borne_out(found, {"baseline": 0.002, "augmented": 0.00201}, THRESHOLDS)
     assert (kept.verdict, kept.chosen.terms) == ("named", ("air_drag",))
-    withdrawn = not_borne_out(found, {"baseline": 0.002, "augmented": 0.0021}, THRESHOLDS)
+    withdrawn = not_borne_out(found, {"baseline": 0.002, "augmented": 0.0023}, THRESHOLDS)
     assert (withdrawn.verdict, withdrawn.chosen.terms, withdrawn.rivals) == ("unknown", (), ())
     assert withdrawn.misfit == {"baseline": withdrawn.misfit["baseline"], "chosen": withdrawn.misfit["baseline"]}
+
+
+def test_a_name_that_gained_little_more_than_it_had_to_is_held_to_more(unknowns):
+    """One recording that is foretold freely can go either way by some percent; strong evidence is not withdrawn for that."""
+    errors_m = {"baseline": 0.002, "augmented": 0.0021}
+    much, little = (decide(pool_of(unknowns, {("air_drag",): gain}), THRESHOLDS) for gain in (500.0, 100.0))
+    assert not_borne_out(much, errors_m, THRESHOLDS).verdict == "named"
+    assert not_borne_out(little, errors_m, THRESHOLDS).verdict == "unknown"
+
+
+def test_an_effect_whose_strength_could_be_nothing_is_no_name_however_much_it_gains(unknowns, monkeypatch):
+    """A magnet makes a tilt gain, and each recording asks for another tilt."""
+    pool = pool_of(unknowns, {("gravity_tilt",): 120.0, ("wind",): 20.0})
+    monkeypatch.setattr("sim1.mismatch.decide.established", lambda fit, level: fit is not pool[1].fit)
+    found = decide(pool, THRESHOLDS)
+    assert (found.verdict, found.chosen.terms) == ("unknown", ())
+    pool = pool_of(unknowns, {("gravity_tilt",): 120.0, ("wind",): 80.0})
+    monkeypatch.setattr("sim1.mismatch.decide.established", lambda fit, level: fit is not pool[1].fit)
+    assert decide(pool, THRESHOLDS).chosen.terms == ("wind",)
 
 
 def test_a_second_effect_must_earn_its_place(unknowns):

@@ -1,13 +1,16 @@
 """Intervals of coefficients, on straight models whose answer is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_bundle import empty_bundle
 
+from sim1.cloth.effects import EFFECTS
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.mismatch.fit import Fit
-from sim1.mismatch.search import Unknowns, baseline
-from sim1.mismatch.uncertainty import WIDEN, deviations, mesh_shift, scatter
+from sim1.mismatch.search import Term, Unknowns, baseline
+from sim1.mismatch.uncertainty import WIDEN, deviations, established, mesh_shift, scatter
 
 NAMES = ("a", "b", "c", "d")
 TRUE = np.array([0.7, -0.4])
@@ -78,3 +81,24 @@ def test_one_recording_disagrees_with_none(unknowns):
     alone = Fit(**{**vars(found), "names": ("a",)})
     assert np.all(scatter(alone) == 0.0)
     assert np.isfinite(deviations(alone)).all()
+
+
+def test_an_effect_is_there_where_recordings_agree_on_it_and_not_where_they_pull_it_to_and_fro(unknowns):
+    """Four recordings that all want 0.7, and four that want 0.7 in the mean and anything between -3 and 3 by themselves."""
+    tilt = replace(Term.of(EFFECTS["gravity_tilt"]), coefficients=unknowns.nominal)
+    model = replace(unknowns, nominal=(), terms=(tilt,))
+    agreed = replace(fitted(unknowns, np.random.default_rng(4)), unknowns=model)
+    apart = np.array([[3.0, -3.0], [-3.0, 3.0], [3.0, 3.0], [-3.0, -3.0]])
+    torn = replace(fitted(unknowns, np.random.default_rng(4), off=apart), unknowns=model)
+    assert np.abs(torn.z - TRUE).max() < 1.0
+    assert established(agreed, 0.05)
+    assert not established(torn, 0.05)
+
+
+def test_a_place_without_a_strength_is_no_effect(unknowns):
+    """Shapes say where something acts; they are not tested."""
+    strength, place = unknowns.nominal
+    tilt = replace(Term.of(EFFECTS["gravity_tilt"]), coefficients=(strength, replace(place, shape=True)))
+    found = fitted(unknowns, np.random.default_rng(5))
+    nothing = replace(found, unknowns=replace(unknowns, nominal=(), terms=(tilt,)), z=np.array([1e-4, -0.4]))
+    assert not established(nothing, 0.05)
