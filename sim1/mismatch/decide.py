@@ -61,16 +61,30 @@ def _gross(null: Fit, name: str) -> float:
 def explained(null: Fit, model: Fit, thresholds: Thresholds) -> float:
     """Share of the excess over noise and mesh that a model explains, by recording, weighed by what it gains in each.
 
-    What is wrong where it does nothing, wrinkles say, is no witness against it; fitting better what had no excess, none for it.
+    What is wrong where it does nothing, wrinkles say, is no witness against it; fitting better what had no excess, none for it. What it
+    gains because the baseline had to leave its priors to imitate it is explained.
     """
-    gains, shares = [], []
+    gains, shares = _gains(null, model), []
     for name in model.names:
-        gain = cost_of(null.residuals, (name,), null.temper) - cost_of(model.residuals, (name,), model.temper)
         gross = _gross(null, name)
         before, after = mean_square(null, (name,), gross), mean_square(model, (name,), gross)
-        gains.append(max(gain, 0.0))
         shares.append(np.clip((before - after) / (before - 1.0), 0.0, 1.0) if before > thresholds.left else 0.0)
-    return float(np.dot(gains, shares) / max(sum(gains), 1e-9))
+    plausible = max(0.5 * float(null.z @ null.z - model.z @ model.z), 0.0)
+    return float((np.dot(gains, shares) + plausible) / max(gains.sum() + plausible, 1e-9))
+
+
+def left(null: Fit, model: Fit) -> float:
+    """Mean squared residual that a model leaves, by recording, weighed by what it gains in each."""
+    gains = _gains(null, model)
+    if not gains.any():
+        return mean_square(model)
+    return float(np.dot(gains, [mean_square(model, (name,)) for name in model.names]) / gains.sum())
+
+
+def _gains(null: Fit, model: Fit) -> np.ndarray:
+    """Nats of likelihood by recording; 0 where a model loses."""
+    costs = [[cost_of(fit.residuals, (name,), fit.temper) for name in model.names] for fit in (null, model)]
+    return np.maximum(np.subtract(*costs), 0.0)
 
 
 def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] = frozenset()) -> Decision:
@@ -87,7 +101,7 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     best = _leader(pool, thresholds, measured)
     if gain_of(pool, best, thresholds) < thresholds.named:  # something gains, and nothing that is there beyond doubt
         return _unchanged("unknown", null, before)
-    if mean_square(best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
+    if left(null.fit, best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
         pool = [model for model in pool if set(model.terms) <= measured]
         best = best_of(pool, thresholds)
         if gain_of(pool, best, thresholds) < thresholds.named:
@@ -162,8 +176,8 @@ def worth_a_second(first: Model, both: Model | None, gain: float, thresholds: Th
     Where the first leaves no excess, it must add a share of that too: it would explain what another formula or mesh does to the
     first. With `both` unknown yet it is what may do.
     """
-    left = mean_square(first.fit) > thresholds.left
-    if left and (both is None or explained(first.fit, both.fit, thresholds) >= thresholds.explained):
+    excess = mean_square(first.fit) > thresholds.left
+    if excess and (both is None or explained(first.fit, both.fit, thresholds) >= thresholds.explained):
         return thresholds.second
     return max(thresholds.second, thresholds.second_share * gain)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_bundle import empty_bundle
 
-from sim1.mismatch.decide import decide, explained, mean_square, not_borne_out
+from sim1.mismatch.decide import decide, explained, left, mean_square, not_borne_out
 from sim1.mismatch.findings import probabilities
 from sim1.mismatch.fit import Fit, loss
 from sim1.mismatch.models import Model
@@ -87,6 +87,22 @@ def test_fitting_better_what_fitted_already_explains_no_excess_elsewhere(unknown
     """A magnet: a tilt helps where there was no excess, and what the magnet does is left as it was."""
     null, better = fitted(unknowns, easy=0.95, pushed=1.75), fitted(unknowns, easy=0.85, pushed=1.75)
     assert explained(null, better, THRESHOLDS) == 0.0
+
+
+def test_what_is_left_counts_where_a_name_gains(unknowns):
+    """A magnet pushes in one swing; that four other recordings have no excess does not make a tilt explain that one."""
+    quiet = {f"quiet_{k}": 0.8 for k in range(4)}
+    null, tilt = fitted(unknowns, pushed=1.6, **quiet), fitted(unknowns, pushed=1.47, **quiet)
+    assert mean_square(tilt) < THRESHOLDS.left
+    assert left(null, tilt) == pytest.approx(1.47)
+    assert explained(null, tilt, THRESHOLDS) < THRESHOLDS.explained
+
+
+def test_what_a_baseline_had_to_leave_its_priors_for_is_explained(unknowns):
+    """A baseline whose lengths are 20 deviations off fits a shrunk sheet as well as shrinkage does."""
+    null = replace(fitted(unknowns, pulled=1.25), z=np.array([20.0, 12.0]))
+    shrunk = replace(fitted(unknowns, pulled=1.24), z=np.array([1.0, 0.7]))
+    assert explained(null, shrunk, THRESHOLDS) > 0.9
 
 
 def test_a_small_excess_that_a_model_leaves_is_unknown_too(unknowns):
