@@ -31,7 +31,7 @@ def generate(
     Ctrl-C or a crash loses the attempts under way, no others. Several such commands may work in one folder.
     """
     from assets_defs._store import StoreError
-    from sim1.motion.crew import CrewDied
+    from sim1.crew import CrewDied
     from sim1.stage import BadInput
 
     asked = out and out.resolve()

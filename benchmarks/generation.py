@@ -48,7 +48,7 @@ def steps_of(inputs: Any, garment: str, config: Any) -> tuple[dict[str, float], 
     import sim1.motion.joining as joining
     from sim1.motion.bench import Bench
     from sim1.motion.commands import Arms
-    from sim1.motion.quota import Ticket
+    from sim1.quota import Ticket
 
     bench, clock = Bench.of(inputs, garment, config), Clock()
     wrapped = [
@@ -65,7 +65,7 @@ def steps_of(inputs: Any, garment: str, config: Any) -> tuple[dict[str, float], 
         began, ran = time.process_time(), 0
         for number in range(ATTEMPTS):
             with tempfile.TemporaryDirectory() as folder:
-                ran += bench.make(Ticket(series="meant", number=number), Path(folder))["ran"]
+                ran += bench.make(Ticket(series="", number=number), Path(folder))["ran"]
         whole = time.process_time() - began
     finally:
         for owner, name, before in kept:
@@ -75,12 +75,12 @@ def steps_of(inputs: Any, garment: str, config: Any) -> tuple[dict[str, float], 
 
 def growth_of(inputs: Any, garment: str, config: Any) -> dict[int, float]:
     """Attempts per hour of wall time by number of processes, what it takes to start them included once."""
+    from sim1.crew import labour_together
     from sim1.motion.bench import Bench
-    from sim1.motion.crew import labour_together
-    from sim1.motion.quota import Quota
+    from sim1.quota import Quota
 
     count = 4 * max(WORKERS)
-    quota = Quota(series="meant", run_count=0, target=count, counted="made", run_limit=count, try_limit=count)
+    quota = Quota(series="", run_count=0, target=count, counted="made", run_limit=count, try_limit=count)
     rates = {}
     for workers in WORKERS:
         with tempfile.TemporaryDirectory() as folder:

@@ -13,11 +13,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sim1.crew import finished, labour_together
 from sim1.episode import read_start
 from sim1.motion.bench import Bench
-from sim1.motion.crew import finished, labour_together
 from sim1.motion.generation import write_tables
-from sim1.motion.quota import Quota, Row, Ticket
+from sim1.quota import Quota, Row, Ticket
 from sim1.stage import BadInput, Inputs, only
 from sim1.validity.deciding import Filters, decision, read_filters
 
@@ -93,7 +93,7 @@ def generate_until(
     plan |= {f"input.{name}": version for name, version in made_from.items()}
     _claim(out / "plan.json", plan)
     limit = TRIES_PER_TARGET * target
-    quota = Quota(series="meant", run_count=0, target=target, counted="accepted", run_limit=limit, try_limit=limit)
+    quota = Quota(series="", run_count=0, target=target, counted="accepted", run_limit=limit, try_limit=limit)
     labour_together(out, [quota], functools.partial(Checked.of, inputs, garment, config, valid), workers, tell)
     rows = finished(out)
     write_tables(out, rows, read_start(only(inputs, "seed_demos")))

@@ -21,7 +21,7 @@ from sim1.motion.joining import Variation
 from sim1.motion.model import MotionModel, read_model
 from sim1.motion.placement import unplaced
 from sim1.motion.pool import Segment, read_pool
-from sim1.motion.quota import Row, Ticket
+from sim1.quota import Row, Ticket
 from sim1.robot.expert_task import Task, read_task
 from sim1.scene.description import Scene, read_scene
 from sim1.stage import BadInput, Inputs, only, random_stream
@@ -37,7 +37,7 @@ IN_VIEW_LEAST = 0.98  # of the garment, all the time: what the head camera does 
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """Everything that all attempts of a garment share; a maker of attempts (`sim1.motion.crew.Maker`)."""
+    """Everything that all attempts of a garment share; a maker of attempts (`sim1.crew.Maker`)."""
 
     garment: str
     mesh: GarmentMesh
@@ -84,7 +84,7 @@ class Bench:
             grasp_offset_m=self.config.perturbation_m if ticket.series == "perturbed" else 0.0,
             settle_s=self.config.settle_s,
         )
-        stream = random_stream(self.config.seed, self.garment, "candidate", ticket.series, ticket.number)
+        stream = random_stream(self.config.seed, self.garment, "candidate", ticket.series or "meant", ticket.number)
         return attempt(self.pool, self.source, self.model, self.arms, self.cell, variation, stream, SimulationBroke)
 
     def make(self, ticket: Ticket, folder: Path) -> Row:

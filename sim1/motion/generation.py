@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from sim1.crew import finished, labour_together
 from sim1.episode import read_episode, read_start
 from sim1.motion.bench import Bench, facts
-from sim1.motion.crew import finished, labour_together
 from sim1.motion.pictures import draw_attempts
-from sim1.motion.quota import Quota, Row
 from sim1.progress import report
+from sim1.quota import Quota, Row
 from sim1.stage import Facts, Inputs, only
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def quotas_of(config: CandidateTrajectoriesConfig) -> tuple[Quota, Quota]:
     tries = config.tries_per_candidate
     return (
         Quota(
-            series="meant",
+            series="",
             run_count=config.candidate_count,
             target=config.success_target,
             counted="success",

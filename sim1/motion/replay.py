@@ -13,7 +13,7 @@ from sim1.cloth.garment import read_garment_mesh
 from sim1.cloth.physics import read_physics
 from sim1.episode import Episode, read_episode
 from sim1.motion.bench import Bench
-from sim1.motion.quota import Ticket
+from sim1.quota import Ticket
 from sim1.robot.session import replay
 from sim1.scene.description import read_scene
 from sim1.stage import BadInput, Inputs, only
@@ -80,7 +80,7 @@ def replay_seed(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfi
         raise BadInput(
             f"{folder}/episode.json: kind is {about.get('kind')!r}; only generated episodes have a seed to draw"
         )
-    ticket = Ticket(series="perturbed" if about["perturbed"] else "meant", number=about["attempt"])
+    ticket = Ticket(series="perturbed" if about["perturbed"] else "", number=about["attempt"])
     again = Bench.of(inputs, garment, replace(config, seed=about["seed"])).run(ticket).episode
     if again is None:
         raise BadInput(f"{folder}: attempt {ticket.name} does not run with these inputs, so they did not make it")

@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from sim1.policy.counting import read_decisions, read_table
+from sim1.policy.lessons import GENERATED
 from sim1.stage import BadInput, Inputs
 from sim1.statistics import Interval, wilson_interval
 
@@ -32,6 +33,7 @@ class Row:
     sound_count: int  # accepted by the filters and judged a success in simulation
     trial_count: int
     success_count: int
+    shifts: tuple[tuple[str, int, int], ...]  # name, successes, trials
     own_stages: tuple[str, ...]  # the rest is the base graph's own artifact
 
     @property
@@ -64,7 +66,11 @@ def count_variant(inputs: Inputs, variant: str) -> Row:
     # A variant may end before its policy. Other trajectories never stand beside the base's one: it was not tried, then.
     tried = "policy" in own or "valid_trajectories" not in own
     trials = pd.concat([read_table(path / "evaluation.parquet") for path in found["policy"].values()])
+    trials = trials[trials["trained_on"] == GENERATED]  # real demonstrations are those of every variant
     largest = trials[trials["size"] == trials["size"].max()] if tried else trials[:0]
+    shifts = tuple(
+        (shift, int(runs["success"].sum()), len(runs)) for shift, runs in largest.groupby("shift", sort=False)
+    )
     return Row(
         variant=variant,
         candidate_count=len(decisions),
@@ -72,6 +78,7 @@ def count_variant(inputs: Inputs, variant: str) -> Row:
         sound_count=int((decisions["accepted"] & decisions["success"]).sum()),
         trial_count=len(largest),
         success_count=int(largest["success"].sum()),
+        shifts=shifts,
         own_stages=tuple(own),
     )
 
@@ -90,6 +97,7 @@ def as_record(row: Row) -> Mapping[str, object]:
         "success_count": row.success_count,
         "success_rate": row.success_count / row.trial_count if tried else None,
         "success_rate_ci95": list(row.success_interval),
+        "shifts": {name: {"success_count": some, "trial_count": of} for name, some, of in row.shifts},
         "own_stages": list(row.own_stages),
     }
 

@@ -1,51 +1,42 @@
-"""The work of stage `policy`: split, train at several sizes, test on held-out trajectories, drive a simulated cell."""
+"""The work of stage `policy`: split, train at several sizes, test on what was held out, drive a simulated cell."""
 
 import json
-from collections.abc import Sequence
+import shutil
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from itertools import product
 from pathlib import Path
 
 import pandas as pd
 
 from sim1.picture_file import save_figure
-from sim1.policy.episodes import Trajectory, read_keypoints, read_rate_hz, read_trajectories
+from sim1.policy.episodes import read_keypoints, read_rate_hz
+from sim1.policy.lessons import GENERATED, Lesson, ModelKey, none_because, read_lessons
 from sim1.policy.model import SCHEMA, ChunkPolicy, save_policy
 from sim1.policy.pictures import draw_command, draw_trials
 from sim1.policy.rollout import Driving
-from sim1.policy.split import GarmentSplit, nested_order, split_garment, usable_sizes
+from sim1.policy.split import GarmentSplit
 from sim1.policy.stage import PolicyConfig
 from sim1.policy.training import TrainingPlan, open_loop_error, train
-from sim1.policy.trials import TRIAL_COLUMNS, Trials
+from sim1.policy.trial_crew import Plan, run_trials
+from sim1.policy.trials import TRIAL_COLUMNS, Rules
 from sim1.progress import report
-from sim1.stage import BadInput, Facts, Inputs, only, random_stream
+from sim1.stage import Facts, Inputs, only
 
 OPEN_LOOP_COLUMNS = (
-    "size", "seed", "garment", "trajectory", "joint_error_rad", "openness_error", "hold_joint_error_rad",
+    "trained_on", "size", "seed", "tested_on", "garment", "trajectory", "joint_error_rad", "openness_error", "hold_joint_error_rad",
 )  # fmt: skip
 TRAINING_SHARE = 0.2  # of the progress bar; trials in the simulator take the rest
+STRIPS = 12  # shown
 
 
 def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     """Write models, `policy.json`, `open_loop.parquet`, `evaluation.parquet` and pictures into `out`."""
-    dataset = only(inputs, "dataset")
+    dataset, demos = only(inputs, "dataset"), inputs.get("real_demos", {})
     rate_hz = read_rate_hz(dataset)
-    trajectories = read_trajectories(dataset)
-    garments = sorted({item.garment for item in trajectories})
-    splits = {
-        name: split_garment(
-            [item for item in trajectories if item.garment == name],
-            config.test_share,
-            random_stream(config.seed, "split", name),
-        )
-        for name in garments
-    }
-    order = nested_order(
-        [item for split in splits.values() for item in split.train], random_stream(config.seed, "order")
-    )
-    held_out = [item for split in splits.values() for item in split.test]
-    sizes = usable_sizes(config.sizes, len(order))
-    if not sizes:
-        raise BadInput(f"{dataset}: no trajectory to train on; generate more, or ask for sizes of at least 1")
+    lessons = read_lessons(dataset, demos, config)
+    generated = lessons[0]
+    garments = sorted(generated.splits)
     plan = TrainingPlan(
         steps=config.steps,
         batch=config.batch,
@@ -55,78 +46,80 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         width=config.width,
         depth=config.depth,
     )
-    models = _train_all(order, garments, sizes, config.seeds, plan)
-    errors = [
-        {
-            "size": size,
-            "seed": seed,
-            "garment": item.garment,
-            "trajectory": item.name,
-            **asdict(open_loop_error(model, item)),
-        }
-        for (size, seed), model in models.items()
-        for item in held_out
-    ]
+    models = _train_all(lessons, garments, config.seeds, plan)
+    (out / "policies").mkdir(exist_ok=True)  # a killed run's are written again, with the same bytes
+    for key, model in models.items():
+        save_policy(out / "policies" / key.file, model)
+    errors = _errors(models, lessons)
     driving = Driving(
         rate_hz=rate_hz,
         replan_frames=min(max(1, round(config.replan_s * rate_hz)), plan.chunk_frames - 1),
         decay=config.ensemble_decay,
     )
-    duration_s = config.time_factor * max(len(item.state) for item in order) / rate_hz
-    chosen = trial_models(sizes, config)
+    duration_s = config.time_factor * max(len(item.state) for lesson in lessons for item in lesson.order) / rate_hz
     driven = trial_garments(garments, config)
-    trials = Trials(inputs=inputs, driving=driving, duration_s=duration_s, config=config)
-    keypoints = {name: read_keypoints(dataset, name) for name in garments}
-    tried = trials.run({key: models[key] for key in chosen}, driven, keypoints, _rest_of_progress)
+    trials = Plan(
+        inputs={name: places for name, places in inputs.items() if name != "dataset"},
+        models=out / "policies",
+        keys=tuple(key for lesson in lessons for key in trial_models(lesson, config)),
+        garments=tuple(driven),
+        keypoints={name: read_keypoints(dataset, name) for name in driven},
+        rules=Rules(driving=driving, duration_s=duration_s, config=config),
+    )
+    rows, strips = run_trials(trials, out / "trials", config.processes, _rest_of_progress)
+    report(1.0, 1.0, "trials done")
 
-    (out / "policies").mkdir()
-    for (size, seed), model in models.items():
-        save_policy(out / "policies" / f"{size}_{seed}.safetensors", model)
     pd.DataFrame(errors, columns=list(OPEN_LOOP_COLUMNS)).to_parquet(out / "open_loop.parquet", index=False)
-    pd.DataFrame(tried.rows, columns=list(TRIAL_COLUMNS)).to_parquet(out / "evaluation.parquet", index=False)
+    pd.DataFrame(rows, columns=list(TRIAL_COLUMNS)).to_parquet(out / "evaluation.parquet", index=False)
     about = {
         "schema": SCHEMA,
         "rate_hz": rate_hz,
-        "trajectory_count": len(trajectories),
-        "available_count": len(order),
-        "held_out_count": len(held_out),
-        "sizes": sizes,
-        "requested_sizes": list(config.sizes),
         "seeds": list(config.seeds),
-        "splits": [_split_row(name, split) for name, split in splits.items()],
+        "lessons": {lesson.kind: _told(lesson, config) for lesson in lessons},
+        "no_real_demonstrations": None if len(lessons) > 1 else none_because(demos),
         "training": asdict(plan),
         "driving": asdict(driving),
-        "training_sets": {str(size): [f"{item.garment}/{item.name}" for item in order[:size]] for size in sizes},
         "trial_duration_s": duration_s,
         "trials": {
-            "worlds": sorted({row["world"] for row in tried.rows}),
+            "worlds": sorted({row["world"] for row in rows}),
             "garments": driven,
-            "models": [list(key) for key in chosen],
+            "models": [list(key) for key in trials.keys],
+            "shifts": list(config.shifts),
             "each": config.trial_count,
+            "laid_m": config.laid_m,
+            "shift_m": config.shift_m,
+            "turn_rad": config.turn_rad,
+            "friction_factors": list(config.friction_factors),
         },
     }
     (out / "policy.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
-    largest = models[sizes[-1], config.seeds[0]]
-    save_figure(draw_command(largest, (held_out or order)[0], held_out=bool(held_out)), out / "command.png", dpi=110)
-    if tried.strips:
-        save_figure(draw_trials(tried.strips), out / "trials.png", dpi=110)
+    largest = models[ModelKey(GENERATED, generated.sizes[-1], config.seeds[0])]
+    shown = (generated.held_out or generated.order)[0]
+    save_figure(draw_command(largest, shown, held_out=bool(generated.held_out)), out / "command.png", dpi=110)
+    if strips:
+        save_figure(draw_trials(strips[:STRIPS]), out / "trials.png", dpi=110)
+    shutil.rmtree(out / "trials", ignore_errors=True)
     return {
         "model_count": len(models),
-        "sizes": ", ".join(map(str, sizes)),
-        "held_out_trajectory_count": len(held_out),
-        "held_out_joint_error_rad": _mean([row["joint_error_rad"] for row in errors if row["size"] == sizes[-1]]),
+        **{f"{lesson.kind}_sizes": ", ".join(map(str, lesson.sizes)) for lesson in lessons},
+        "held_out_trajectory_count": sum(len(lesson.held_out) for lesson in lessons),
+        "held_out_joint_error_rad": _mean(
+            [row["joint_error_rad"] for row in errors if row["size"] == generated.sizes[-1] and _own(row)]
+        ),
         "standing_still_joint_error_rad": _mean([row["hold_joint_error_rad"] for row in errors]),
         "trial_garments": ", ".join(driven),
-        "trials_in": ", ".join(sorted({row["world"] for row in tried.rows})) or "none",
-        "trial_count": len(tried.rows),
-        "success_count": sum(row["success"] for row in tried.rows),
+        "trials_in": ", ".join(about["trials"]["worlds"]) or "none",
+        "trial_count": len(rows),
+        "success_count": sum(row["success"] for row in rows),
     }
 
 
-def trial_models(sizes: Sequence[int], config: PolicyConfig) -> list[tuple[int, int]]:
-    """(size, seed) of the models that drive: the largest size, the smallest, then those between from above."""
+def trial_models(lesson: Lesson, config: PolicyConfig) -> list[ModelKey]:
+    """The models that drive: the largest size, the smallest, then those between from above."""
+    sizes = lesson.sizes
     ends = list(dict.fromkeys([sizes[-1], sizes[0], *reversed(sizes)]))[: config.evaluate_sizes]
-    return [(size, seed) for size in sorted(ends) for seed in config.seeds[: config.evaluate_seeds]]
+    seeds = config.seeds[: config.evaluate_seeds]
+    return [ModelKey(lesson.kind, size, seed) for size, seed in product(sorted(ends), seeds)]
 
 
 def trial_garments(garments: Sequence[str], config: PolicyConfig) -> list[str]:
@@ -136,14 +129,49 @@ def trial_garments(garments: Sequence[str], config: PolicyConfig) -> list[str]:
 
 
 def _train_all(
-    order: Sequence[Trajectory], garments: Sequence[str], sizes: Sequence[int], seeds: Sequence[int], plan: TrainingPlan
-) -> dict[tuple[int, int], ChunkPolicy]:
-    keys = [(size, seed) for size in sizes for seed in seeds]
+    lessons: Sequence[Lesson], garments: Sequence[str], seeds: Sequence[int], plan: TrainingPlan
+) -> dict[ModelKey, ChunkPolicy]:
+    tasks = [(lesson, size, seed) for lesson in lessons for size in lesson.sizes for seed in seeds]
     models = {}
-    for done, (size, seed) in enumerate(keys):
-        report(TRAINING_SHARE * done / len(keys), 1.0, f"training on {size} trajectories, seed {seed}")
-        models[size, seed] = train(order[:size], garments, plan, seed)
+    for done, (lesson, size, seed) in enumerate(tasks):
+        what = f"training on {size} {lesson.kind} trajectories, seed {seed}"
+        report(TRAINING_SHARE * done / len(tasks), 1.0, what)
+        models[ModelKey(lesson.kind, size, seed)] = train(lesson.order[:size], garments, plan, seed)
     return models
+
+
+def _errors(models: Mapping[ModelKey, ChunkPolicy], lessons: Sequence[Lesson]) -> list[dict[str, object]]:
+    """Of every model on its own kind's held-out trajectories, and on the real ones: they are what counts."""
+    return [
+        {
+            **key._asdict(),
+            "tested_on": lesson.kind,
+            "garment": item.garment,
+            "trajectory": item.name,
+            **asdict(open_loop_error(model, item)),
+        }
+        for key, model in models.items()
+        for lesson in lessons
+        if key.trained_on in (lesson.kind, GENERATED)
+        for item in lesson.held_out
+    ]
+
+
+def _own(row: Mapping[str, object]) -> bool:
+    return row["trained_on"] == row["tested_on"] == GENERATED
+
+
+def _told(lesson: Lesson, config: PolicyConfig) -> dict[str, object]:
+    return {
+        "available_count": len(lesson.order),
+        "held_out_count": len(lesson.held_out),
+        "sizes": lesson.sizes,
+        "requested_sizes": list(config.sizes if lesson.kind == GENERATED else config.real_sizes),
+        "splits": [_split_row(name, split) for name, split in lesson.splits.items()],
+        "training_sets": {
+            str(size): [f"{item.garment}/{item.name}" for item in lesson.order[:size]] for size in lesson.sizes
+        },
+    }
 
 
 def _rest_of_progress(share: float, what: str) -> None:

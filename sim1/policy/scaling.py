@@ -1,4 +1,4 @@
-"""Scaling curves: how a policy gets better with the number of demonstrations."""
+"""Scaling curves: how a policy gets better with the number of trajectories that it learnt from."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from sim1.policy.lessons import KINDS
 from sim1.stage import random_stream
 from sim1.statistics import Interval, bootstrap_mean_interval, wilson_interval
 
@@ -13,65 +14,105 @@ MIN_SIZES = 3  # a curve with two parameters through fewer points would be a dra
 
 
 @dataclass(frozen=True, kw_only=True)
+class Error:
+    """Action error on held-out trajectories of one kind."""
+
+    tested_on: str
+    count: int  # errors measured: models x held-out trajectories
+    joint_error_rad: float
+    interval_rad: Interval  # bootstrap over trajectories
+    hold_joint_error_rad: float  # of standing still, on the same trajectories
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tried:
+    """Closed-loop trials in one setting."""
+
+    shift: str
+    trial_count: int
+    success_count: int
+    interval: Interval  # Wilson
+
+
+@dataclass(frozen=True, kw_only=True)
 class Point:
     """What was measured at one training size, all seeds together."""
 
+    trained_on: str
     size: int  # trajectories
     seed_count: int
-    held_out_count: int  # errors measured: models x held-out trajectories
-    joint_error_rad: float | None
-    joint_error_interval_rad: Interval | None
-    hold_joint_error_rad: float | None  # of standing still, on the same trajectories
-    trial_count: int
-    success_count: int
-    success_interval: Interval
+    errors: tuple[Error, ...]
+    trials: tuple[Tried, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class PowerLaw:
     """error = scale_rad * size ** -exponent, least squares in logarithms."""
 
+    trained_on: str
+    tested_on: str
+    size_count: int
     scale_rad: float
     exponent: float
     exponent_interval: Interval  # bootstrap over held-out trajectories
     r_squared: float
 
     def at(self, size: np.ndarray) -> np.ndarray:
+        """Error [rad] at sizes (n,)."""
         return self.scale_rad * size**-self.exponent
 
 
-def measure(open_loop: pd.DataFrame, trials: pd.DataFrame, sizes: Sequence[int], seed: int) -> list[Point]:
-    """One point per size. The interval of the error is a bootstrap over held-out trajectories, seeds averaged first,
-    because the errors of several seeds on one trajectory are not independent.
-    """
+def measure(open_loop: pd.DataFrame, trials: pd.DataFrame, sizes: dict[str, Sequence[int]], seed: int) -> list[Point]:
+    """One point per kind of training trajectories and size (`sizes` by kind)."""
     points = []
-    for size in sizes:
-        errors = open_loop[open_loop["size"] == size]
-        runs = trials[trials["size"] == size]
-        per_trajectory = _per_trajectory(errors)
-        successes, tried = int(runs["success"].sum()), len(runs)
+    for kind, size in ((kind, size) for kind, some in sizes.items() for size in some):
+        errors = open_loop[(open_loop["trained_on"] == kind) & (open_loop["size"] == size)]
+        runs = trials[(trials["trained_on"] == kind) & (trials["size"] == size)]
         points.append(
             Point(
+                trained_on=kind,
                 size=size,
-                seed_count=errors["seed"].nunique(),
-                held_out_count=len(errors),
-                joint_error_rad=float(per_trajectory.mean()) if len(errors) else None,
-                joint_error_interval_rad=(
-                    bootstrap_mean_interval(per_trajectory, random_stream(seed, "scaling", size))
-                    if len(errors)
-                    else None
+                seed_count=len({*errors["seed"], *runs["seed"]}),
+                errors=tuple(
+                    _error(errors[errors["tested_on"] == tested], tested, seed)
+                    for tested in KINDS
+                    if (errors["tested_on"] == tested).any()
                 ),
-                hold_joint_error_rad=float(errors["hold_joint_error_rad"].mean()) if len(errors) else None,
-                trial_count=tried,
-                success_count=successes,
-                success_interval=wilson_interval(successes, tried),
+                trials=tuple(_tried(runs[runs["shift"] == shift], shift) for shift in dict.fromkeys(runs["shift"])),
             )
         )
     return points
 
 
+def _error(errors: pd.DataFrame, tested_on: str, seed: int) -> Error:
+    """Seeds are averaged before the bootstrap: errors of several seeds on one trajectory are not independent."""
+    values = _per_trajectory(errors)
+    size = int(errors["size"].iloc[0])
+    return Error(
+        tested_on=tested_on,
+        count=len(errors),
+        joint_error_rad=float(values.mean()),
+        interval_rad=bootstrap_mean_interval(values, random_stream(seed, "scaling", size)),
+        hold_joint_error_rad=float(errors["hold_joint_error_rad"].mean()),
+    )
+
+
+def _tried(runs: pd.DataFrame, shift: str) -> Tried:
+    successes = int(runs["success"].sum())
+    return Tried(
+        shift=shift, trial_count=len(runs), success_count=successes, interval=wilson_interval(successes, len(runs))
+    )
+
+
+def fit_power_laws(open_loop: pd.DataFrame, seed: int) -> list[PowerLaw]:
+    """Of every kind of training and of test trajectories with enough sizes."""
+    kinds = open_loop.groupby(["trained_on", "tested_on"], sort=True)
+    fits = (fit_power_law(rows, seed) for _, rows in kinds)
+    return [fit for fit in fits if isinstance(fit, PowerLaw)]
+
+
 def fit_power_law(open_loop: pd.DataFrame, seed: int, resample_count: int = 500) -> PowerLaw | str:
-    """Fit of the held-out error against size, or the reason why there is none."""
+    """Fit of the held-out error against size, of one kind of training and test, or the reason why there is none."""
     sizes = sorted(open_loop["size"].unique())
     if len(sizes) < MIN_SIZES:
         return f"{len(sizes)} training sizes; a fitted curve needs at least {MIN_SIZES}"
@@ -85,6 +126,9 @@ def fit_power_law(open_loop: pd.DataFrame, seed: int, resample_count: int = 500)
     slopes = np.polyfit(x, np.log(table[:, picks].mean(axis=2)), 1)[0]
     low, high = np.quantile(-slopes, [0.025, 0.975])
     return PowerLaw(
+        trained_on=str(open_loop["trained_on"].iloc[0]),
+        tested_on=str(open_loop["tested_on"].iloc[0]),
+        size_count=len(sizes),
         scale_rad=float(np.exp(offset)),
         exponent=float(-slope),
         exponent_interval=Interval(float(low), float(high)),
@@ -95,12 +139,3 @@ def fit_power_law(open_loop: pd.DataFrame, seed: int, resample_count: int = 500)
 def _per_trajectory(errors: pd.DataFrame) -> np.ndarray:
     """Mean over the seeds of each held-out trajectory's error, in order of garment and name."""
     return errors.groupby(["garment", "trajectory"])["joint_error_rad"].mean().to_numpy()
-
-
-def equivalence() -> dict[str, object]:
-    """The paper's ratio of generated to real demonstrations of the same training value, or why it is not known."""
-    return {
-        "ratio": None,
-        "reason": "needs policies trained on demonstrations of the real robot (or of a stand-in for it) beside those "
-        "trained on generated ones; this dataset holds generated trajectories alone",
-    }

@@ -1,61 +1,87 @@
 """Pictures of the scaling curves."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sim1.policy.scaling import Point, PowerLaw
+from sim1.policy.lessons import GENERATED, KINDS, REAL
+from sim1.policy.scaling import Error, Point, PowerLaw, Tried
+
+COLORS = {GENERATED: "#1f6fb4", REAL: "#b4531f"}
+NAMES = {GENERATED: "generated trajectories", REAL: "real demonstrations (stand-in)"}
 
 
-def draw_error(points: Sequence[Point], fit: PowerLaw | str) -> Figure:
-    """Held-out action error against training size."""
-    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
-    axes = figure.subplots()
-    shown = [point for point in points if point.joint_error_rad is not None]
-    sizes = np.array([point.size for point in shown], dtype=float)
-    means = np.degrees([point.joint_error_rad for point in shown])
-    bars = np.degrees([point.joint_error_interval_rad for point in shown]).T
-    axes.errorbar(
-        sizes, means, yerr=np.abs(bars - means), fmt="o", capsize=4, color="#1f6fb4", label="policy, mean and 95 %"
-    )
-    axes.plot(
-        sizes,
-        np.degrees([point.hold_joint_error_rad for point in shown]),
-        "--",
-        color="#8a8f98",
-        label="standing still",
-    )
-    if isinstance(fit, PowerLaw):
-        line = np.geomspace(sizes.min(), sizes.max(), 100)
-        label = (
-            f"{np.degrees(fit.scale_rad):.3g}° · n^−{fit.exponent:.2f}" if fit.exponent >= 0 else "power law (rising)"
-        )
-        axes.plot(line, np.degrees(fit.at(line)), color="#1f6fb4", lw=1, label=label)
-    _size_axis(axes, sizes)
-    axes.set(ylabel="error of predicted joint commands (degrees)", ylim=(0, None), title="Held-out action error")
-    axes.legend(frameon=False)
+def draw_error(points: Sequence[Point], fits: Sequence[PowerLaw]) -> Figure:
+    """Action error against training size, a panel for each kind of held-out trajectories."""
+    tested = [kind for kind in KINDS if any(error.tested_on == kind for point in points for error in point.errors)]
+    figure, panels = _panels(len(tested))
+    for axes, kind in zip(panels, tested, strict=True):
+        holds = set()
+        for trained in KINDS:
+            shown = [(p.size, e) for p in points if p.trained_on == trained for e in p.errors if e.tested_on == kind]
+            if shown:
+                _bars(axes, trained, list(_degrees(shown)))
+                holds.add(np.degrees(shown[0][1].hold_joint_error_rad))
+        for fit in fits:
+            if fit.tested_on == kind:
+                sizes = [point.size for point in points if point.trained_on == fit.trained_on]
+                line = np.geomspace(min(sizes), max(sizes), 100)
+                label = f"{np.degrees(fit.scale_rad):.3g}° · n^{-fit.exponent:.2f}"
+                axes.plot(line, np.degrees(fit.at(line)), color=COLORS[fit.trained_on], lw=1, label=label)
+        for hold in holds:
+            axes.axhline(hold, ls="--", color="#8a8f98", label="standing still")
+        _size_axis(axes, points)
+        axes.set(ylabel="error of predicted joint commands (degrees)", ylim=(0, None))
+        axes.set_title(f"Held-out {NAMES[kind]}", fontsize=10)
+        axes.legend(frameon=False, fontsize=8)
     return figure
 
 
 def draw_success(points: Sequence[Point]) -> Figure:
-    """Closed-loop success against training size."""
-    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
-    axes = figure.subplots()
-    shown = [point for point in points if point.trial_count]
-    sizes = np.array([point.size for point in shown], dtype=float)
-    share = np.array([100 * point.success_count / point.trial_count for point in shown])
-    bars = 100 * np.array([point.success_interval for point in shown]).T
-    axes.errorbar(sizes, share, yerr=np.abs(bars - share), fmt="o", capsize=4, color="#b4531f")
-    for point, x, y in zip(shown, sizes, share):
-        axes.annotate(f"{point.success_count} of {point.trial_count}", (x, y), (6, 6), textcoords="offset points")
-    _size_axis(axes, sizes)
-    axes.set(ylabel="success (%), 95 % Wilson interval", ylim=(-4, 104), title="Closed-loop success, simulated")
+    """Closed-loop success against training size, a panel for each shift."""
+    shifts = list(dict.fromkeys(tried.shift for point in points for tried in point.trials))
+    figure, panels = _panels(len(shifts))
+    for axes, shift in zip(panels, shifts, strict=True):
+        for trained in KINDS:
+            shown = [(p.size, t) for p in points if p.trained_on == trained for t in p.trials if t.shift == shift]
+            if shown:
+                rows = [(size, *_percent(tried)) for size, tried in shown]
+                _bars(axes, trained, rows)
+                for (size, tried), (_, share, *_) in zip(shown, rows, strict=True):
+                    note = f"{tried.success_count} of {tried.trial_count}"
+                    axes.annotate(note, (size, share), (5, 5), textcoords="offset points", fontsize=7)
+        _size_axis(axes, points)
+        axes.set(ylabel="success (%), 95 % Wilson interval", ylim=(-4, 108))
+        axes.set_title(f"Closed loop, simulated: {shift}", fontsize=10)
+        axes.legend(frameon=False, fontsize=8)
     return figure
 
 
-def _size_axis(axes: Axes, sizes: np.ndarray) -> None:
+def _panels(count: int) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(1.2 + 4.6 * count, 4.2), layout="constrained")
+    return figure, list(np.atleast_1d(figure.subplots(1, count, sharey=True)))
+
+
+def _bars(axes: Axes, trained: str, rows: list[tuple[float, float, float, float]]) -> None:
+    sizes, middle, low, high = np.array(rows, float).T
+    bars = np.clip([middle - low, high - middle], 0, None)
+    axes.errorbar(sizes, middle, yerr=bars, fmt="o", capsize=4, color=COLORS[trained], label=NAMES[trained])
+
+
+def _degrees(shown: list[tuple[int, Error]]) -> Iterator[tuple[float, float, float, float]]:
+    for size, error in shown:
+        yield size, *np.degrees([error.joint_error_rad, *error.interval_rad])
+
+
+def _percent(tried: Tried) -> tuple[float, float, float]:
+    low, high = tried.interval
+    return 100 * tried.success_count / tried.trial_count, 100 * low, 100 * high
+
+
+def _size_axis(axes: Axes, points: Sequence[Point]) -> None:
+    sizes = sorted({point.size for point in points})
     axes.set_xscale("log")
     axes.set_xticks(sizes, [f"{size:g}" for size in sizes])
     axes.set_xticks([], minor=True)

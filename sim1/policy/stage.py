@@ -10,13 +10,16 @@ from pydantic import Field
 
 from sim1.stage import Facts, Finding, Inputs, only, stage_config
 
+type Shift = Literal["in-domain", "spatial", "friction"]
+
 
 @stage_config
 class PolicyConfig:
-    """Training, and trials in a simulated cell."""
+    """Training on generated and on real trajectories, and trials in a simulated cell."""
 
     seed: int = 0  # of the split, the order of the trajectories and the placements of the trials
-    sizes: tuple[int, ...] = (2, 4, 8, 16)  # training trajectories; beyond what there is, all there is
+    sizes: tuple[int, ...] = (2, 4, 8, 16)  # generated trajectories to train on; beyond what there is, all there is
+    real_sizes: tuple[int, ...] = (1, 2, 4)  # demonstrations in what plays reality, to compare with; empty: none
     seeds: tuple[int, ...] = (0, 1)  # one model per size and seed
     test_share: float = Field(0.25, gt=0, lt=1)  # of each garment's trajectories, wanted for the open-loop test
     steps: int = Field(1500, gt=0)  # gradient steps per model
@@ -29,15 +32,19 @@ class PolicyConfig:
     replan_s: float = Field(0.1, gt=0)  # a new chunk that often; at least one frame of the dataset
     ensemble_decay: float = Field(0.1, ge=0)  # weight exp(-decay * age in chunks) of older chunks; large: newest alone
     trials_in: Literal["reality", "simulator"] = "reality"  # the stand-in, or the cell that made the training data
-    trial_count: int = Field(2, ge=0)  # closed-loop trials per garment and model
+    trial_count: int = Field(2, ge=0)  # closed-loop trials per garment, model and shift
+    shifts: tuple[Shift, ...] = ("in-domain", "spatial")  # what is other in trials than in the demonstrations
     evaluate_garment_count: int = Field(1, ge=0)  # in the closed loop, which takes longest
     evaluate_first: tuple[str, ...] = ("towel",)  # preferred for it, where the dataset has them; then by name
     evaluate_sizes: int = Field(
         2, ge=1
     )  # training sizes of the closed loop, largest first, then smallest, then between
     evaluate_seeds: int = Field(1, ge=1)  # models per size of the closed loop, in order of `seeds`
-    shift_m: float = Field(0.05, ge=0)  # garment moved within this radius (paper: 5 cm when generating data)
+    laid_m: float = Field(0.01, ge=0)  # in-domain: laid down by hand at the same place, within this radius
+    shift_m: float = Field(0.08, ge=0)  # spatial: moved within this radius (paper, section 4.1: 8 cm)
     turn_rad: float = Field(math.radians(15), ge=0)  # and turned within this angle (paper: 15 degrees)
+    friction_factors: tuple[float, ...] = (0.6, 1.6)  # friction: of all contacts, in turn; garment as in-domain
+    processes: int = Field(0, ge=0)  # trials at once; 0: one per core
     time_factor: float = Field(1.2, gt=0)  # a trial lasts this many times the longest training trajectory
 
 
@@ -77,39 +84,48 @@ def check_policy(artifact: Path) -> list[Finding]:
 
 
 def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Facts:
-    """Held-out error and success against the number of training trajectories, with a fitted curve where there is enough."""
+    """Held-out error and success against the number of training trajectories, and the worth of a real demonstration."""
     import pandas as pd
 
     from sim1.picture_file import save_figure
-    from sim1.policy.scaling import PowerLaw, equivalence, fit_power_law, measure
+    from sim1.policy.equivalence import Worth, worth
+    from sim1.policy.lessons import GENERATED
+    from sim1.policy.scaling import fit_power_laws, measure
     from sim1.policy.scaling_page import write_scaling_page
     from sim1.policy.scaling_pictures import draw_error, draw_success
 
     source = only(inputs, "policy")
     about = json.loads((source / "policy.json").read_text())
-    open_loop = pd.read_parquet(source / "open_loop.parquet")
-    points = measure(open_loop, pd.read_parquet(source / "evaluation.parquet"), about["sizes"], config.seed)
-    fit = fit_power_law(open_loop, config.seed)
+    open_loop, trials = (pd.read_parquet(source / name) for name in ("open_loop.parquet", "evaluation.parquet"))
+    sizes = {kind: lesson["sizes"] for kind, lesson in about["lessons"].items()}
+    points = measure(open_loop, trials, sizes, config.seed)
+    fits = fit_power_laws(open_loop, config.seed)
+    worths = worth(about["lessons"], open_loop, trials, config.seed)
     if len(open_loop):
-        save_figure(draw_error(points, fit), out / "error.png", dpi=110)
-    if any(point.trial_count for point in points):
+        save_figure(draw_error(points, fits), out / "error.png", dpi=110)
+    if len(trials):
         save_figure(draw_success(points), out / "success.png", dpi=110)
     curve = {
-        "schema": "sim1.curve/1",
+        "schema": "sim1.curve/2",
         "points": [asdict(point) for point in points],
-        "fit": asdict(fit) if isinstance(fit, PowerLaw) else {"reason": fit},
-        "equivalence": equivalence(),
+        "fits": [asdict(fit) for fit in fits],
+        "worth_of_a_real_demonstration": [asdict(w) if isinstance(w, Worth) else {"not_known": w} for w in worths],
     }
     (out / "curve.json").write_text(json.dumps(curve, indent=1, sort_keys=True) + "\n")
-    write_scaling_page(out, points, fit, about, equivalence())
-    largest = points[-1]
+    write_scaling_page(out, points, fits, worths, about)
+    largest = next(point for point in reversed(points) if point.trained_on == GENERATED)
+    own = next((error for error in largest.errors if error.tested_on == GENERATED), None)
+    known = [one for one in worths if isinstance(one, Worth)]
     return {
         "largest_size": largest.size,
-        "held_out_joint_error_rad": largest.joint_error_rad,
-        "standing_still_joint_error_rad": largest.hold_joint_error_rad,
-        "trial_count": sum(point.trial_count for point in points),
-        "success_count": sum(point.success_count for point in points),
-        "scaling_exponent": fit.exponent if isinstance(fit, PowerLaw) else fit,
+        "held_out_joint_error_rad": own and own.joint_error_rad,
+        "standing_still_joint_error_rad": own and own.hold_joint_error_rad,
+        "trial_count": len(trials),
+        "success_count": int(trials["success"].sum()),
+        "worth_of_a_real_demonstration": ", ".join(
+            f"{one.bound or ''} {one.ratio:.3g} by {one.figure}" for one in known
+        )
+        or "not known",
         "stand_in": "simulation plays reality, a scripted expert plays the teleoperator",
     }
 

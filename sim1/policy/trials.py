@@ -1,7 +1,7 @@
-"""Closed-loop trials: the garment is moved at random, the policy drives, the judge decides."""
+"""Closed-loop trials: the garment is laid down anew, the policy drives, the judge decides."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,12 +9,14 @@ import numpy as np
 
 from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
 from sim1.cloth.garment import read_garment_mesh
-from sim1.cloth.physics import read_physics
+from sim1.cloth.physics import ClothPhysics, read_physics
 from sim1.episode import RATE_HZ, episode_folders, read_episode, read_start
 from sim1.motion.placement import random_placement
+from sim1.policy.lessons import ModelKey
 from sim1.policy.model import ChunkPolicy
 from sim1.policy.rollout import Driving, Start, roll_out
 from sim1.policy.stage import PolicyConfig
+from sim1.quota import Ticket
 from sim1.recording.reality import read_world
 from sim1.robot.expert_task import read_task
 from sim1.scene.description import read_scene
@@ -23,7 +25,8 @@ from sim1.validity.raster import render_head_view
 from sim1.validity.success import judge
 
 TRIAL_COLUMNS = (
-    "world", "size", "seed", "garment", "trial", "success", "failure", "figures", "shift_x_m", "shift_y_m", "turn_rad", "simulated_s",
+    "world", "trained_on", "size", "seed", "garment", "shift", "trial", "success", "failure", "figures",
+    "shift_x_m", "shift_y_m", "turn_rad", "friction_factor", "simulated_s",
 )  # fmt: skip
 BROKEN = "simulation broke"  # the judge's word for it
 REALITY, SIMULATOR = "stand-in reality", "simulator"
@@ -54,93 +57,77 @@ class FilmStrip:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrialResults:
-    """What came of all trials."""
+class Trial:
+    """Who drives what, and from where."""
 
-    rows: list[dict[str, Any]]
-    strips: list[FilmStrip]  # the first trial of every garment and model
+    model: ModelKey
+    garment: str
+    shift: str
+    number: int
+
+    @property
+    def series(self) -> str:
+        """All trials of a model in one setting."""
+        return "_".join(map(str, (self.garment, self.shift, *self.model)))
+
+    @property
+    def name(self) -> str:
+        """Of its file (`sim1.quota.Ticket`)."""
+        return Ticket(series=self.series, number=self.number).name
+
+    def friction_factor(self, config: PolicyConfig) -> float:
+        """Of all contacts, against the world as it is."""
+        factors = config.friction_factors
+        return factors[self.number % len(factors)] if self.shift == "friction" else 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trials:
+class Rules:
     """What all trials share."""
 
-    inputs: Inputs
     driving: Driving
     duration_s: float
     config: PolicyConfig
 
-    def run(
-        self,
-        models: Mapping[tuple[int, int], ChunkPolicy],
-        garments: Sequence[str],
-        keypoints: Mapping[str, np.ndarray],
-        progress: Callable[[float, str], None],
-    ) -> TrialResults:
-        """One row per garment, model and trial; every model meets the same placements."""
-        rows: list[dict[str, Any]] = []
-        strips: list[FilmStrip] = []
-        total = len(models) * len(garments) * self.config.trial_count
-        for garment in garments if total else ():
-            bench = open_bench(self.inputs, garment, self.config.trials_in)
-            for (size, seed), model in models.items():
-                for trial in range(self.config.trial_count):
-                    what = f"{garment}, policy of {size} trajectories, trial {trial + 1} of {self.config.trial_count}"
 
-                    def on_frame(share: float, done: int = len(rows), what: str = what) -> None:
-                        progress((done + share) / total, what)
-
-                    outcome, history = self._trial(bench, model, garment, keypoints[garment], trial, on_frame)
-                    rows.append(
-                        {
-                            "world": bench.world,
-                            "size": size,
-                            "seed": seed,
-                            "garment": garment,
-                            "trial": trial,
-                            **outcome,
-                        }
-                    )
-                    if trial == 0:
-                        told = "success" if outcome["success"] else outcome["failure"]
-                        strips.append(film_strip(f"{garment}, {size} trajectories: {told}", history, bench.look))
-        progress(1.0, "trials done")
-        return TrialResults(rows=rows, strips=strips)
-
-    def _trial(
-        self,
-        bench: Bench,
-        model: ChunkPolicy,
-        garment: str,
-        keypoints: np.ndarray,
-        trial: int,
-        on_frame: Callable[[float], None],
-    ) -> tuple[dict[str, Any], np.ndarray]:
-        rng = random_stream(self.config.seed, "trial", garment, trial)
-        centre = bench.start.garment_m.mean(axis=0)
-        placement = random_placement(rng, self.config.shift_m, self.config.turn_rad, centre)
-        moved = bench.start.garment_m @ placement[:3, :3].T + placement[:3, 3]
-        start = Start(garment_m=moved, joints_rad=bench.start.joints_rad, openness=bench.start.openness)
-        shift = moved.mean(axis=0) - centre
-        duration_s, history = self.duration_s, moved[None]
-        try:
-            history = roll_out(bench.cell, start, model, garment, keypoints, self.driving, duration_s, on_frame)
-            # The task's fold lines lie along the world's axes: judged as if the garment had not been moved, a turned
-            # garment that is folded along its own axes counts as folded.
-            unmoved = (history - placement[:3, 3]) @ placement[:3, :3]
-            success, failure, figures = bench.judge(unmoved)
-        except SimulationBroke:
-            success, failure, figures, duration_s = False, BROKEN, {}, bench.cell.frame / RATE_HZ
-        outcome = {
-            "success": success,
-            "failure": failure,
-            "figures": json.dumps({key: float(value) for key, value in sorted(figures.items())}),
-            "shift_x_m": float(shift[0]),
-            "shift_y_m": float(shift[1]),
-            "turn_rad": float(np.arctan2(placement[1, 0], placement[0, 0])),
-            "simulated_s": duration_s,
-        }
-        return outcome, history
+def run_trial(
+    bench: Bench, trial: Trial, model: ChunkPolicy, keypoints: np.ndarray, rules: Rules
+) -> tuple[dict[str, Any], FilmStrip]:
+    """The trial's row (`TRIAL_COLUMNS`) and its pictures; every model meets the same placements."""
+    config, centre = rules.config, bench.start.garment_m.mean(axis=0)
+    spatial = trial.shift == "spatial"
+    radius_m, turn_rad = (config.shift_m, config.turn_rad) if spatial else (config.laid_m, 0.0)
+    stream = random_stream(config.seed, "trial", trial.garment, trial.number)
+    placement = random_placement(stream, radius_m, turn_rad, centre)
+    moved = bench.start.garment_m @ placement[:3, :3].T + placement[:3, 3]
+    start = Start(garment_m=moved, joints_rad=bench.start.joints_rad, openness=bench.start.openness)
+    duration_s, history = rules.duration_s, moved[None]
+    try:
+        history = roll_out(bench.cell, start, model, trial.garment, keypoints, rules.driving, duration_s)
+        # The task's fold lines lie along the world's axes: judged as if the garment had not been moved, a turned
+        # garment that is folded along its own axes counts as folded.
+        success, failure, figures = bench.judge((history - placement[:3, 3]) @ placement[:3, :3])
+    except SimulationBroke:
+        success, failure, figures, duration_s = False, BROKEN, {}, bench.cell.frame / RATE_HZ
+    shift = moved.mean(axis=0) - centre
+    row = {
+        "world": bench.world,
+        **trial.model._asdict(),
+        "garment": trial.garment,
+        "shift": trial.shift,
+        "trial": trial.number,
+        "success": success,
+        "failure": failure,
+        "figures": json.dumps({key: float(value) for key, value in sorted(figures.items())}),
+        "shift_x_m": float(shift[0]),
+        "shift_y_m": float(shift[1]),
+        "turn_rad": float(np.arctan2(placement[1, 0], placement[0, 0])),
+        "friction_factor": trial.friction_factor(config),
+        "simulated_s": duration_s,
+    }
+    told = "success" if success else failure
+    title = f"{trial.garment}, {trial.shift}, {trial.model.size} {trial.model.trained_on} trajectories: {told}"
+    return row, film_strip(title, history, bench.look)
 
 
 def film_strip(title: str, history: np.ndarray, look: Callable[[np.ndarray], np.ndarray], count: int = 5) -> FilmStrip:
@@ -153,11 +140,12 @@ def film_strip(title: str, history: np.ndarray, look: Callable[[np.ndarray], np.
     )
 
 
-def open_bench(inputs: Inputs, garment: str, trials_in: str) -> Bench:
+def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: float = 1.0) -> Bench:
     """A cell with a garment as the expert found it, and the judge of its task.
 
     In `reality` the fabric, air and friction are those of the stand-in, which no stage that made training data has seen, at finer
-    steps. Where reality is real cloth, and in `simulator`, it is the cell that the training data come from.
+    steps. Where reality is real cloth, and in `simulator`, it is the cell that the training data come from. Friction of all
+    contacts is taken times `friction_factor`.
 
     Raises:
         BadInput: an artifact of that garment is missing or damaged.
@@ -191,9 +179,18 @@ def open_bench(inputs: Inputs, garment: str, trials_in: str) -> Bench:
 
     world = REALITY if trials_in == "reality" and read_world(inputs["reality"][garment]) else SIMULATOR
     source = "reality" if world == REALITY else "calibrated_physics"
-    physics = read_physics(inputs[source][garment] / "cell.yaml")
+    physics = _rubbed(read_physics(inputs[source][garment] / "cell.yaml"), friction_factor)
     if world == REALITY:
         numerics = replace(numerics, substeps=FINER * numerics.substeps)
     cell = Cell(mesh, scene, physics, numerics)
     start = Start(garment_m=garment_m, joints_rad=first.joints_rad[0], openness=first.openness[0])
     return Bench(world=world, cell=cell, start=start, judge=decide, look=look)
+
+
+def _rubbed(physics: ClothPhysics, factor: float) -> ClothPhysics:
+    """The same fabric with friction of all contacts times a factor."""
+    if factor == 1.0:
+        return physics
+    known = physics.friction
+    contacts = {name: replace(one, value=factor * one.value, ci95=None) for name, one in vars(known).items()}
+    return replace(physics, friction=replace(known, **contacts))

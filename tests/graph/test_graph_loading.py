@@ -21,6 +21,7 @@ STAGES = [
     "calibrated_physics",
     "mismatch_report",
     "seed_demos",
+    "real_demos",
     "segment_pool",
     "motion_model",
     "motion_likeness",

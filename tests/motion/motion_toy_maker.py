@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sim1.motion.quota import Row, Ticket
+from sim1.quota import Row, Ticket
 from sim1.stage import BadInput, random_stream
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from sim1.motion import algorithm
 from sim1.motion.algorithm import Checked, generate_until
-from sim1.motion.quota import Ticket
 from sim1.motion.stage import CandidateTrajectoriesConfig
+from sim1.quota import Ticket
 from sim1.stage import BadInput
 from sim1.validity.stage import ValidTrajectoriesConfig
 
@@ -21,7 +21,7 @@ NOTHING = {
 def outcome(monkeypatch, tmp_path, row, said):
     monkeypatch.setattr(algorithm, "decision", lambda *given: NOTHING | said)
     bench = SimpleNamespace(make=lambda ticket, folder: {"ran": True, "failure": None, "success": True} | row)
-    return Checked(bench=bench, filters=None).make(Ticket(series="meant", number=0), tmp_path)
+    return Checked(bench=bench, filters=None).make(Ticket(series="", number=0), tmp_path)
 
 
 @pytest.mark.parametrize(

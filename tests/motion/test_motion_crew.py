@@ -12,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motion_toy_maker import ToyMaker
 
-from sim1.motion.crew import CrewDied, Shop, finished, labour, labour_together
-from sim1.motion.quota import Quota, Ticket, open_tickets
+from sim1.crew import CrewDied, Shop, finished, labour, labour_together
+from sim1.quota import Quota, Ticket, open_tickets
 from sim1.stage import BadInput
 
-MEANT = Quota(series="meant", run_count=4, target=5, counted="success", run_limit=30, try_limit=100)
+MEANT = Quota(series="", run_count=4, target=5, counted="success", run_limit=30, try_limit=100)
 PERTURBED = Quota(series="perturbed", run_count=2, target=0, counted="success", run_limit=2, try_limit=8)
 QUOTAS = (MEANT, PERTURBED)
 
@@ -132,7 +132,7 @@ outcomes = st.lists(st.sampled_from([(False, False), (True, False), (True, True)
 @given(outcomes=outcomes, order=st.permutations(range(40)), target=st.integers(0, 6), runs=st.integers(1, 6))
 def test_whatever_order_attempts_finish_in_none_is_made_in_vain(outcomes, order, target, runs):
     """Attempts that are asked for while others are under way are those that one after the other would make."""
-    quota = Quota(series="meant", run_count=runs, target=target, counted="success", run_limit=10, try_limit=30)
+    quota = Quota(series="", run_count=runs, target=target, counted="success", run_limit=10, try_limit=30)
     rows = [{"ran": ran, "success": success} for ran, success in outcomes]
     expected = 0
     while quota.wants_more(rows[:expected]):
@@ -147,7 +147,7 @@ def test_whatever_order_attempts_finish_in_none_is_made_in_vain(outcomes, order,
 def test_a_held_attempt_is_left_to_its_holder(tmp_path):
     from sim1.lock import Taken, exclusive
 
-    shop, ticket = Shop(root=tmp_path), Ticket(series="meant", number=0)
+    shop, ticket = Shop(root=tmp_path), Ticket(series="", number=0)
     with exclusive(tmp_path / "work" / "0000.lock"), pytest.raises(Taken):
         shop.make(ticket, ToyMaker(tmp_path / "log"))
     shop.make(ticket, ToyMaker(tmp_path / "log"))

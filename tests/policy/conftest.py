@@ -99,3 +99,9 @@ def trajectories() -> list[Trajectory]:
 @pytest.fixture
 def dataset(tmp_path, trajectories) -> ToyDataset:
     return write_dataset(tmp_path / "dataset", trajectories)
+
+
+@pytest.fixture(scope="module")
+def lasting_dataset(tmp_path_factory) -> ToyDataset:
+    """The same for all tests of a file."""
+    return write_dataset(tmp_path_factory.mktemp("dataset"), toy_trajectories())

@@ -27,9 +27,10 @@ def trials(folder, successes, failures):
     """The same outcome at the largest size; at a smaller one everything fails."""
     folder.mkdir(parents=True)
     flags = [True] * successes + [False] * failures
-    table = pd.DataFrame({"size": 8, "success": flags})
-    small = pd.DataFrame({"size": 2, "success": [False] * 5})
-    pd.concat([small, table]).to_parquet(folder / "evaluation.parquet")
+    table = pd.DataFrame({"trained_on": "generated", "size": 8, "shift": "spatial", "success": flags})
+    small = table.assign(size=2, success=False)
+    real = table.assign(trained_on="real", size=16, success=True)
+    pd.concat([small, table, real]).to_parquet(folder / "evaluation.parquet")
     return folder
 
 
@@ -102,7 +103,7 @@ def test_base_alone_compares_nothing_and_says_so(tmp_path, inputs):
 
 
 def test_no_trials_are_no_rate(tmp_path, inputs):
-    empty = pd.DataFrame({"size": pd.Series(dtype=int), "success": pd.Series(dtype=bool)})
+    empty = pd.read_parquet(tmp_path / "bp" / "evaluation.parquet").iloc[:0]
     empty.to_parquet(inputs["policy"][""] / "evaluation.parquet")
     ablation_report(inputs, tmp_path, AblationReportConfig())
     assert rows(tmp_path)["base"]["success_rate"] is None

@@ -2,13 +2,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from sim1.policy.equivalence import Worth, by_error, by_success, worth
+from sim1.policy.lessons import GENERATED, REAL
 from sim1.policy.scaling import PowerLaw, fit_power_law, measure
 
 
-def errors(sizes, scale=0.4, exponent=0.5, noise=0.0, trajectories=12, seeds=3):
+def errors(sizes, scale=0.4, exponent=0.5, noise=0.0, trajectories=12, seeds=3, trained_on=GENERATED, tested_on=None):
     rng = np.random.default_rng(0)
     return pd.DataFrame(
         {
+            "trained_on": trained_on,
+            "tested_on": trained_on if tested_on is None else tested_on,
             "size": size,
             "seed": seed,
             "garment": "towel",
@@ -22,7 +26,7 @@ def errors(sizes, scale=0.4, exponent=0.5, noise=0.0, trajectories=12, seeds=3):
     )
 
 
-NO_TRIALS = pd.DataFrame({"size": [], "seed": [], "success": []})
+NO_TRIALS = pd.DataFrame({"trained_on": [], "size": [], "seed": [], "shift": [], "success": []})
 
 
 def test_an_exact_power_law_is_found_again():
@@ -45,18 +49,83 @@ def test_two_sizes_are_no_curve():
 def test_nothing_held_out_is_no_curve_and_no_error():
     empty = errors([4]).iloc[:0]
     assert not isinstance(fit_power_law(empty, seed=0), PowerLaw)
-    point = measure(empty, NO_TRIALS, [4], seed=0)[0]
-    assert point.joint_error_rad is None
-    assert point.trial_count == 0
+    [point] = measure(empty, NO_TRIALS, {GENERATED: [4]}, seed=0)
+    assert point.errors == point.trials == ()
 
 
 def test_seeds_do_not_narrow_the_interval_as_if_they_were_trajectories():
-    few, many = (measure(errors([4], seeds=seeds), NO_TRIALS, [4], seed=0)[0] for seeds in (1, 50))
-    assert many.joint_error_interval_rad == pytest.approx(few.joint_error_interval_rad, rel=1e-6)
-    assert many.held_out_count == 50 * few.held_out_count
+    few, many = (
+        measure(errors([4], seeds=seeds), NO_TRIALS, {GENERATED: [4]}, seed=0)[0].errors[0] for seeds in (1, 50)
+    )
+    assert many.interval_rad == pytest.approx(few.interval_rad, rel=1e-6)
+    assert many.count == 50 * few.count
 
 
-def test_trials_are_counted_per_size():
-    trials = pd.DataFrame({"size": [4, 4, 4, 8], "seed": 0, "success": [True, False, False, True]})
-    points = measure(errors([4, 8]), trials, [4, 8], seed=0)
-    assert [(point.success_count, point.trial_count) for point in points] == [(1, 3), (1, 1)]
+def trials(kind, size, wins, of=20, shift="spatial"):
+    """The first placements succeed."""
+    return pd.DataFrame(
+        {
+            "trained_on": kind,
+            "size": size,
+            "seed": 0,
+            "garment": "towel",
+            "shift": shift,
+            "trial": range(of),
+            "success": [number < wins for number in range(of)],
+        }
+    )
+
+
+def test_trials_are_counted_by_kind_size_and_shift():
+    tried = pd.concat(
+        [trials(GENERATED, 4, 1, of=3), trials(GENERATED, 4, 2, of=2, shift="friction"), trials(REAL, 4, 0, of=1)]
+    )
+    points = measure(errors([4]), tried, {GENERATED: [4], REAL: [4]}, seed=0)
+    assert [[(t.shift, t.success_count, t.trial_count) for t in point.trials] for point in points] == [
+        [("spatial", 1, 3), ("friction", 2, 2)],
+        [("spatial", 0, 1)],
+    ]
+
+
+def test_a_real_demonstration_is_worth_the_generated_ones_that_reach_its_error():
+    """Generated 0.4 n^-0.5, real 0.2 at n = 1: four generated ones reach 0.2."""
+    both = pd.concat(
+        [
+            errors([1, 4, 16], tested_on=REAL, noise=0.05),
+            errors([1], scale=0.2, trained_on=REAL, noise=0.05),
+        ]
+    )
+    found = by_error(both, seed=0)
+    assert found.ratio == pytest.approx(4.0, rel=0.3)
+    assert found.interval.low < 4.0 < found.interval.high
+    assert found.bound is None
+
+
+def test_beyond_the_sizes_that_were_tried_only_a_bound_is_given():
+    both = pd.concat([errors([1, 4, 16], tested_on=REAL), errors([2], scale=0.01, trained_on=REAL)])
+    found = by_error(both, seed=0)
+    assert (found.bound, found.ratio, found.real_size) == ("more than", 8.0, 2)
+
+
+def test_a_real_demonstration_is_worth_the_generated_ones_that_succeed_as_often():
+    curve = pd.concat([trials(GENERATED, size, wins) for size, wins in ((2, 2), (8, 10), (32, 18))])
+    found = by_success(pd.concat([curve, trials(REAL, 2, 10)]), "spatial", seed=0)
+    assert found.real_value == 0.5
+    assert found.ratio == pytest.approx(4.0, rel=0.1)  # eight generated ones succeed as often as two real ones
+    assert found.interval.low < 4.0 < found.interval.high
+
+
+@pytest.mark.parametrize("wins", [0, 20])
+def test_none_or_all_is_no_number_to_be_equalled(wins):
+    curve = pd.concat([trials(GENERATED, size, 10) for size in (2, 8, 32)])
+    assert "is not a number" in by_success(pd.concat([curve, trials(REAL, 2, wins)]), "spatial", seed=0)
+
+
+def test_numbers_of_trajectories_of_other_garments_do_not_compare():
+    lessons = {
+        GENERATED: {"splits": [{"garment": "towel"}, {"garment": "polo"}]},
+        REAL: {"splits": [{"garment": "towel"}]},
+    }
+    [said] = worth(lessons, errors([4]), NO_TRIALS, seed=0)
+    assert "of towel, generated trajectories of polo, towel" in said
+    assert not isinstance(said, Worth)

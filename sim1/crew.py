@@ -20,7 +20,7 @@ from typing import Protocol
 
 from sim1.child_process import behave_as_child
 from sim1.lock import Taken, exclusive
-from sim1.motion.quota import Quota, Row, Ticket, open_tickets
+from sim1.quota import Quota, Row, Ticket, open_tickets
 from sim1.stage import BadInput
 
 WAIT_S = 0.2  # between two looks at what others have made

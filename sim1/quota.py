@@ -6,31 +6,29 @@ make it, in whatever order they finish, and however often they were killed.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 type Row = dict[str, Any]
-type Series = Literal["meant", "perturbed"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ticket:
     """One attempt: series and number decide everything about it."""
 
-    series: Series
+    series: str  # of its own name; the plain one has none
     number: int
 
     @property
     def name(self) -> str:
         """Of its files: 0007, or perturbed_0007."""
-        prefix = "perturbed_" if self.series == "perturbed" else ""
-        return f"{prefix}{self.number:04d}"
+        return f"{self.series}_{self.number:04d}" if self.series else f"{self.number:04d}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Quota:
     """When a series has enough."""
 
-    series: Series
+    series: str
     run_count: int  # attempts that run, at least; draws out of the arms' reach do not
     target: int  # with fewer that count among them, more are made ...
     counted: str  # ... where this key of a row, success or accepted, says what counts

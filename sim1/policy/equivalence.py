@@ -1,0 +1,143 @@
+"""What a real demonstration is worth: how many generated trajectories make a policy as good (paper, section 4, "equivalence").
+
+The real demonstrations are the largest number that was tried, n, and reach a figure; a curve through the figures of generated
+ones says which number m reaches it as well, and the ratio is m / n. Beyond the sizes that were tried nothing is said but "more
+than" or "less than".
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from sklearn.linear_model import LogisticRegression
+
+from sim1.policy.lessons import GENERATED, REAL
+from sim1.stage import random_stream
+from sim1.statistics import Interval
+
+MIN_SIZES = 3  # of generated trajectories: a line with two parameters through fewer would be a drawing
+RESAMPLES = 500
+
+
+@dataclass(frozen=True, kw_only=True)
+class Worth:
+    """Generated trajectories a real demonstration, by one figure."""
+
+    figure: str
+    real_size: int
+    real_value: float  # what real demonstrations reach
+    ratio: float  # clipped to the sizes that were tried
+    bound: str | None  # "more than", "less than": the curve meets that value beyond the sizes that were tried
+    interval: Interval | None  # 95 %, bootstrap; its ends stop at the sizes that were tried
+
+
+def worth(lessons: Mapping[str, Any], open_loop: pd.DataFrame, trials: pd.DataFrame, seed: int) -> list[Worth | str]:
+    """By the held-out error on real demonstrations, and by success in each shift; a text says why one is not known.
+
+    `lessons`: of `policy.json`.
+    """
+    of = {kind: {row["garment"] for row in lesson["splits"]} for kind, lesson in lessons.items()}
+    if REAL in of and of[REAL] != of[GENERATED]:
+        there, here = (", ".join(sorted(of[kind])) for kind in (REAL, GENERATED))
+        return [f"real demonstrations are of {there}, generated trajectories of {here}: numbers of them do not compare"]
+    shifts = list(dict.fromkeys(trials["shift"]))
+    return [
+        by_error(open_loop[open_loop["tested_on"] == REAL], seed),
+        *(by_success(trials[trials["shift"] == shift], shift, seed) for shift in shifts),
+    ]
+
+
+def by_error(errors: pd.DataFrame, seed: int) -> Worth | str:
+    """From errors of both kinds of policies on the same held-out real demonstrations; those are resampled, seeds averaged."""
+    figure = "action error on held-out real demonstrations"
+    if missing := _missing(errors):
+        return f"{figure}: {missing}"
+    table = errors.pivot_table(
+        index=["garment", "trajectory"], columns=["trained_on", "size"], values="joint_error_rad", aggfunc="mean"
+    )
+    sizes, real = np.array(sorted(table[GENERATED]), float), max(table[REAL])
+
+    def measure(pick: np.ndarray) -> tuple[float, float]:
+        level = float(table[REAL][real].to_numpy()[pick].mean())
+        slope, offset = np.polyfit(np.log(sizes), np.log(table[GENERATED].to_numpy()[pick].mean(axis=0)), 1)
+        return level, _crossing(np.log(level), slope, offset, rises=False)
+
+    return _worth(figure, real, sizes, measure, len(table), random_stream(seed, "worth", "error"))
+
+
+def by_success(trials: pd.DataFrame, shift: str, seed: int) -> Worth | str:
+    """From successes of both kinds of policies from the same placements; those are resampled with all models that met them."""
+    figure = f"success, {shift}"
+    if missing := _missing(trials):
+        return f"{figure}: {missing}"
+    counts = trials.assign(of=1).pivot_table(
+        index=["garment", "trial"], columns=["trained_on", "size"], values=["success", "of"], aggfunc="sum"
+    )
+    sizes, real = np.array(sorted(counts["of"][GENERATED]), float), max(counts["of"][REAL])
+    wins, tries = (counts[name][GENERATED].to_numpy(float) for name in ("success", "of"))
+    real_wins, real_tries = (counts[name][REAL][real].to_numpy(float) for name in ("success", "of"))
+    if real_wins.sum() in (0, real_tries.sum()):
+        share = "none" if real_wins.sum() == 0 else "all"
+        return f"{figure}: {share} of the trials after {real} real demonstrations succeeded; what equals that is not a number"
+
+    def measure(pick: np.ndarray) -> tuple[float, float]:
+        level = float(real_wins[pick].sum() / real_tries[pick].sum())
+        won, of = wins[pick].sum(axis=0), tries[pick].sum(axis=0)
+        slope, offset = _logistic(np.log(sizes), won, of)
+        share = np.clip(level, 1e-3, 1 - 1e-3)
+        return level, _crossing(float(np.log(share / (1 - share))), slope, offset, rises=True)
+
+    return _worth(figure, real, sizes, measure, len(counts), random_stream(seed, "worth", shift))
+
+
+def _missing(rows: pd.DataFrame) -> str | None:
+    if not (rows["trained_on"] == REAL).any():
+        return "no policy learnt from real demonstrations and was tested"
+    sizes = rows[rows["trained_on"] == GENERATED]["size"].nunique()
+    if sizes < MIN_SIZES:
+        return f"{sizes} sizes of generated trajectories were tested; a curve needs at least {MIN_SIZES}"
+    return None
+
+
+def _crossing(level: float, slope: float, offset: float, *, rises: bool) -> float:
+    """Size at which a line over the logarithm of size is at a level; infinite where more does not help."""
+    if slope == 0 or (slope > 0) != rises:
+        return np.inf
+    return float(np.exp(np.clip((level - offset) / slope, -50, 50)))
+
+
+def _logistic(x: np.ndarray, wins: np.ndarray, of: np.ndarray) -> tuple[float, float]:
+    """Slope and offset of log odds over x; one trial of each outcome is added at every size, so that all-or-nothing stays finite."""
+    wins, losses = wins + 0.5, of - wins + 0.5
+    model = LogisticRegression(C=np.inf)
+    model.fit(
+        np.concatenate([x, x])[:, None],
+        np.repeat([1, 0], len(x)),
+        sample_weight=np.concatenate([wins, losses]),
+    )
+    return float(model.coef_[0, 0]), float(model.intercept_[0])
+
+
+def _worth(
+    figure: str,
+    real: int,
+    sizes: np.ndarray,
+    measure: Callable[[np.ndarray], tuple[float, float]],
+    count: int,
+    rng: np.random.Generator,
+) -> Worth:
+    level, size = measure(np.arange(count))
+    low, high = sizes.min(), sizes.max()
+    again = [measure(pick)[1] for pick in rng.integers(count, size=(RESAMPLES, count))]
+    ends = np.quantile(np.clip(again, low, high), [0.025, 0.975]) / real
+    bound = "more than" if size > high else "less than" if size < low else None
+    return Worth(
+        figure=figure,
+        real_size=int(real),
+        real_value=level,
+        ratio=float(np.clip(size, low, high) / real),
+        bound=bound,
+        interval=Interval(*map(float, ends)) if count > 1 else None,
+    )

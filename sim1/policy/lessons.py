@@ -1,0 +1,121 @@
+"""What policies learn from: growing parts of the generated trajectories, and of the demonstrations in what plays reality."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from sim1.episode import RATE_HZ, episode_folders, read_episode
+from sim1.policy.episodes import Trajectory, read_keypoints, read_rate_hz, read_trajectories
+from sim1.policy.split import GarmentSplit, nested_order, split_garment, usable_sizes
+from sim1.policy.stage import PolicyConfig
+from sim1.stage import BadInput, random_stream
+
+GENERATED, REAL = "generated", "real"
+KINDS = (GENERATED, REAL)  # `real`: demonstrated in the stand-in for reality
+
+
+class ModelKey(NamedTuple):
+    """One trained policy."""
+
+    trained_on: str  # GENERATED or REAL
+    size: int  # trajectories
+    seed: int
+
+    @property
+    def file(self) -> str:
+        return f"{self.trained_on}_{self.size}_{self.seed}.safetensors"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lesson:
+    """Trajectories of one kind: every prefix of `order` is a training set, `held_out` is in none."""
+
+    kind: str
+    order: list[Trajectory]
+    sizes: list[int]
+    held_out: list[Trajectory]
+    splits: Mapping[str, GarmentSplit]
+
+
+def read_lessons(dataset: Path, demos: Mapping[str, Path], config: PolicyConfig) -> list[Lesson]:
+    """The generated trajectories of a dataset, and the real demonstrations (artifacts by garment) where there are any.
+
+    Raises:
+        BadInput: files are damaged, or there is nothing to train on.
+    """
+    generated = read_trajectories(dataset)
+    lessons = [_lesson(GENERATED, generated, config.sizes, config)]
+    if not lessons[0].sizes:
+        raise BadInput(f"{dataset}: no trajectory to train on; generate more, or ask for sizes of at least 1")
+    known = {item.garment for item in generated}
+    stride = round(RATE_HZ / read_rate_hz(dataset))
+    real = [
+        item
+        for garment, folder in sorted(demos.items())
+        if garment in known
+        for item in _demonstrations(folder, garment, read_keypoints(dataset, garment), stride)
+    ]
+    lesson = _lesson(REAL, real, config.real_sizes, config)
+    return [*lessons, lesson] if lesson.sizes else lessons
+
+
+def none_because(demos: Mapping[str, Path]) -> str:
+    """Why there are no real demonstrations, in the words of who did not make them."""
+    whys = {json.loads(path.read_text())["why"] for folder in demos.values() if (path := folder / "none.json").exists()}
+    return "; ".join(sorted(whys)) or "none were made"
+
+
+def _lesson(kind: str, items: Sequence[Trajectory], sizes: Sequence[int], config: PolicyConfig) -> Lesson:
+    splits = {
+        name: split_garment(
+            [item for item in items if item.garment == name],
+            config.test_share,
+            random_stream(config.seed, "split", *_of(kind), name),
+        )
+        for name in sorted({item.garment for item in items})
+    }
+    train = [item for split in splits.values() for item in split.train]
+    order = nested_order(train, random_stream(config.seed, "order", *_of(kind)))
+    return Lesson(
+        kind=kind,
+        order=order,
+        sizes=usable_sizes(sizes, len(order)) if sizes else [],
+        held_out=[item for split in splits.values() for item in split.test],
+        splits=splits,
+    )
+
+
+def _of(kind: str) -> tuple[str, ...]:
+    return (
+        () if kind == GENERATED else (kind,)
+    )  # streams of generated trajectories are those of before there were others
+
+
+def _demonstrations(folder: Path, garment: str, keypoints: np.ndarray, stride: int) -> list[Trajectory]:
+    """Those that succeeded, at the dataset's rate."""
+    found = []
+    for path in episode_folders(folder):
+        episode = read_episode(path)
+        if not episode.about.get("success"):
+            continue
+        if episode.garment_m.shape[1] <= keypoints.max():
+            raise BadInput(
+                f"{path}: {episode.garment_m.shape[1]} garment vertices, the dataset has other meshes; make it again"
+            )
+        kept = slice(None, None, stride)
+        points = episode.garment_m[kept][:, keypoints].astype(np.float32)
+        found.append(
+            Trajectory(
+                garment=garment,
+                name=path.name,
+                sources=frozenset({f"real {path.name}"}),
+                state=episode.state()[kept],
+                keypoints=points.reshape(len(points), -1),
+                action=episode.action()[kept],
+            )
+        )
+    return found

@@ -1,0 +1,114 @@
+"""Trials by any number of processes, each with cells of its own; a killed run goes on with what is made."""
+
+import functools
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from sim1.crew import finished, labour_together
+from sim1.policy.lessons import ModelKey
+from sim1.policy.model import ChunkPolicy, load_policy
+from sim1.policy.trials import Bench, FilmStrip, Rules, Trial, open_bench, run_trial
+from sim1.quota import Quota, Row, Ticket
+from sim1.stage import Inputs
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """All trials of an experiment."""
+
+    inputs: Inputs
+    models: Path  # folder of policy files
+    keys: tuple[ModelKey, ...]  # who drives
+    garments: tuple[str, ...]
+    keypoints: Mapping[str, np.ndarray]  # by garment
+    rules: Rules
+
+    @property
+    def trials(self) -> list[Trial]:
+        """In the order of the table."""
+        config = self.rules.config
+        return [
+            Trial(model=key, garment=garment, shift=shift, number=number)
+            for garment in self.garments
+            for shift in config.shifts
+            for key in self.keys
+            for number in range(config.trial_count)
+        ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Driver:
+    """Makes trials (`sim1.crew.Maker`)."""
+
+    plan: Plan
+    _trials: Mapping[str, Trial]
+    _benches: dict[tuple[str, float], Bench] = field(default_factory=dict)
+    _models: dict[ModelKey, ChunkPolicy] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, plan: Plan) -> "Driver":
+        """One thread a process: there are as many processes as are wanted."""
+        torch.set_num_threads(1)
+        return cls(plan=plan, _trials={trial.name: trial for trial in plan.trials})
+
+    def make(self, ticket: Ticket, folder: Path) -> Row:
+        """Drive; the row, and the pictures of a model's first trial in `folder`."""
+        trial, config = self._trials[ticket.name], self.plan.rules.config
+        place = trial.garment, trial.friction_factor(config)
+        if place not in self._benches:
+            self._benches[place] = open_bench(self.plan.inputs, trial.garment, config.trials_in, place[1])
+        if trial.model not in self._models:
+            self._models[trial.model] = load_policy(self.plan.models / trial.model.file)
+        model, keypoints = self._models[trial.model], self.plan.keypoints[trial.garment]
+        row, strip = run_trial(self._benches[place], trial, model, keypoints, self.plan.rules)
+        if trial.number == 0:
+            np.savez(folder / "strip.npz", title=strip.title, times_s=strip.times_s, pictures=np.stack(strip.pictures))
+        return {**row, "ran": True}
+
+
+def run_trials(
+    plan: Plan, root: Path, processes: int, tell: Callable[[float, str], None]
+) -> tuple[list[dict[str, Any]], list[FilmStrip]]:
+    """Rows and first film strips of all trials, in their order; `root` keeps what is made until they are.
+
+    Raises:
+        BadInput: an artifact is missing or damaged.
+        CrewDied: processes died; what is made stays.
+    """
+    trials = plan.trials
+    if not trials:
+        return [], []
+    root.mkdir(exist_ok=True)
+    quotas = _quotas(trials, plan.rules.config.trial_count)
+
+    def count(rows: dict[str, Row]) -> None:
+        tell(len(rows) / len(trials), f"{len(rows)} of {len(trials)} trials")
+
+    labour_together(root, quotas, functools.partial(Driver.of, plan), processes or os.cpu_count() or 1, count)
+    rows = {_name(row): {key: value for key, value in row.items() if key != "ran"} for row in finished(root)}
+    strips = [_strip(root / "episodes" / trial.name / "strip.npz") for trial in trials if trial.number == 0]
+    return [rows[trial.name] for trial in trials], strips
+
+
+def _quotas(trials: Sequence[Trial], count: int) -> list[Quota]:
+    series = dict.fromkeys(trial.series for trial in trials)
+    once = {"run_count": count, "target": 0, "counted": "success", "run_limit": count, "try_limit": count}
+    return [Quota(series=name, **once) for name in series]
+
+
+def _name(row: Row) -> str:
+    key = ModelKey(trained_on=row["trained_on"], size=row["size"], seed=row["seed"])
+    return Trial(model=key, garment=row["garment"], shift=row["shift"], number=row["trial"]).name
+
+
+def _strip(path: Path) -> FilmStrip:
+    with np.load(path, allow_pickle=False) as data:
+        return FilmStrip(
+            title=str(data["title"]), times_s=tuple(data["times_s"].tolist()), pictures=tuple(data["pictures"])
+        )
