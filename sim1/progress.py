@@ -23,6 +23,19 @@ def listening(sink: Sink) -> Iterator[None]:
         _sink.reset(token)
 
 
+@contextmanager
+def within(begin: float, end: float) -> Iterator[None]:
+    """What is reported inside the block is a part of the work: from share `begin` of the whole to share `end`."""
+    whole = _sink.get()
+
+    def part(done: float, total: float, what: str) -> None:
+        if whole is not None:
+            whole(begin + (end - begin) * (done / total if total else 0.0), 1.0, what)
+
+    with listening(part):
+        yield
+
+
 def report(done: float, total: float, what: str = "") -> None:
     """Say that `done` of `total` units of the stage's work are finished."""
     if (sink := _sink.get()) is not None:
