@@ -3,6 +3,7 @@
 import hashlib
 import json
 import shutil
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import trimesh
 from PIL import Image
 
 from sim1.episode import ARMS, RATE_HZ, episode_folders, read_episode
-from sim1.render.appearance import Color, draw_appearance
+from sim1.render.appearance import Appearance, Color, draw_appearance
 from sim1.render.cameras import raised
 from sim1.render.job import Clip, Job
 from sim1.render.robot_visuals import link_motion, part_poses, robot_parts
@@ -24,11 +25,20 @@ TABLE_DROP_M = 0.003  # drawn that much lower: cloth that rests in the top by a 
 
 
 def plan_job(
-    *, trajectories: Path, mesh: Path, scene: Path, garment: str, out: Path, folder: Path, config: RenderConfig
+    *,
+    trajectories: Path,
+    mesh: Path,
+    scene: Path,
+    garment: str,
+    out: Path,
+    folder: Path,
+    config: RenderConfig,
+    looks: Mapping[str, Sequence[Appearance]] | None = None,
 ) -> Job:
     """Write the job into `folder`, and copies of the episodes with every clip's `appearance.json` into `out`.
 
-    Frames in `out` that belong to another appearance than the one planned now are removed.
+    Frames in `out` that belong to another appearance than the one planned now are removed. With `looks` (appearances by
+    name of trajectory) those trajectories alone are rendered, in these appearances instead of `config.variants` drawn ones.
 
     Raises:
         BadInput: an input is damaged, has no episode, or does not fit the others.
@@ -43,9 +53,9 @@ def plan_job(
         for i, part in enumerate(parts)
         for key, value in (("vertices", part.vertices_m), ("faces", part.faces))
     }
-    folders = episode_folders(trajectories)[: config.max_episodes or None]
+    folders = [path for path in episode_folders(trajectories) if looks is None or path.name in looks]
     motion, poses, clips = {}, {}, []
-    for source in folders:
+    for source in folders[: config.max_episodes or None]:
         episode = read_episode(source)
         if episode.garment_m.shape[1] != len(arrays["pattern_m"]):
             raise BadInput(
@@ -60,14 +70,8 @@ def plan_job(
         target.mkdir(parents=True, exist_ok=True)
         for name in ("episode.npz", "episode.json"):
             shutil.copyfile(source / name, target / name)
-        for variant in range(config.variants):
-            stream = random_stream(config.seed, "appearance", garment, source.name, variant)
-            appearance = draw_appearance(
-                stream,
-                scanned=mean,
-                scanned_share=config.scanned_share,
-                elevation_jitter_rad=np.radians(config.elevation_jitter_deg),
-            )
+        drawn = (_draw(config, garment, source.name, variant, mean) for variant in range(config.variants))
+        for variant, appearance in enumerate(drawn if looks is None else looks[source.name]):
             clip = Clip(episode=source.name, variant=variant, frame_count=len(links), appearance=appearance)
             poses[clip.key] = _camera_poses(cameras, links, appearance.elevation_offset_rad)
             shown = _digest({**arrays, **motion[source.name], **poses[clip.key]}, texture)
@@ -86,6 +90,15 @@ def plan_job(
     )
     job.write(arrays=arrays, motion=motion, cameras=poses)
     return job
+
+
+def _draw(config: RenderConfig, garment: str, trajectory: str, variant: int, mean: Color) -> Appearance:
+    return draw_appearance(
+        random_stream(config.seed, "appearance", garment, trajectory, variant),
+        scanned=mean,
+        scanned_share=config.scanned_share,
+        elevation_jitter_rad=np.radians(config.elevation_jitter_deg),
+    )
 
 
 def _cameras(world: Scene, config: RenderConfig, scene: Path) -> dict[str, Camera]:
