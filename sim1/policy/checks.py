@@ -91,7 +91,7 @@ def check_curve(artifact: Path) -> list[Finding]:
     points = json.loads((artifact / "curve.json").read_text())["points"]
     tried = [one for point in points for one in point["trials"]]
     errors = [error for point in points for error in point["errors"]]
-    findings = _page_findings(artifact, [f"{one['success_count']} of {one['trial_count']}" for one in tried])
+    findings = page_findings(artifact, [f"{one['success_count']} of {one['trial_count']}" for one in tried])
     outside = [
         error["joint_error_rad"]
         for error in errors
@@ -115,7 +115,7 @@ def check_table(artifact: Path) -> list[Finding]:
     """Findings of stage `ablation_report`."""
     rows = json.loads((artifact / "table.json").read_text())["rows"]
     counts = [f"{row['accepted_count']} of {row['candidate_count']}" for row in rows]
-    findings = _page_findings(artifact, [*counts, *(row["variant"] for row in rows)])
+    findings = page_findings(artifact, [*counts, *(row["variant"] for row in rows)])
     wrong = [
         row["variant"]
         for row in rows
@@ -130,7 +130,7 @@ def check_table(artifact: Path) -> list[Finding]:
 def check_costs(artifact: Path) -> list[Finding]:
     """Findings of stage `cost_report`."""
     methods = json.loads((artifact / "costs.json").read_text())["methods"]
-    findings = _page_findings(artifact, [item["method"] for item in methods])
+    findings = page_findings(artifact, [item["method"] for item in methods])
     wrong = [
         item["method"]
         for item in methods
@@ -159,7 +159,8 @@ class _Page(HTMLParser):
         self.text.append(data)
 
 
-def _page_findings(artifact: Path, must_say: list[str]) -> list[Finding]:
+def page_findings(artifact: Path, must_say: list[str]) -> list[Finding]:
+    """`report.html` holds these words, and needs no other file."""
     page = _Page()
     page.feed((artifact / "report.html").read_text())
     text = " ".join(page.text)

@@ -15,7 +15,6 @@ from sim1.policy.lessons import GENERATED, Lesson, ModelKey, none_because, read_
 from sim1.policy.model import SCHEMA, ChunkPolicy, save_policy
 from sim1.policy.pictures import draw_command, draw_trials
 from sim1.policy.rollout import Driving
-from sim1.policy.split import GarmentSplit
 from sim1.policy.stage import PolicyConfig
 from sim1.policy.training import TrainingPlan, open_loop_error, train
 from sim1.policy.trial_crew import Plan, run_trials
@@ -167,7 +166,7 @@ def _told(lesson: Lesson, config: PolicyConfig) -> dict[str, object]:
         "held_out_count": len(lesson.held_out),
         "sizes": lesson.sizes,
         "requested_sizes": list(config.sizes if lesson.kind == GENERATED else config.real_sizes),
-        "splits": [_split_row(name, split) for name, split in lesson.splits.items()],
+        "splits": [split.as_row(name) for name, split in lesson.splits.items()],
         "training_sets": {
             str(size): [f"{item.garment}/{item.name}" for item in lesson.order[:size]] for size in lesson.sizes
         },
@@ -176,16 +175,6 @@ def _told(lesson: Lesson, config: PolicyConfig) -> dict[str, object]:
 
 def _rest_of_progress(share: float, what: str) -> None:
     report(TRAINING_SHARE + (1 - TRAINING_SHARE) * share, 1.0, what)
-
-
-def _split_row(name: str, split: GarmentSplit) -> dict[str, object]:
-    return {
-        "garment": name,
-        "train": len(split.train),
-        "held out": len(split.test),
-        "split": split.kind,
-        "held-out source": split.held_out_source,
-    }
 
 
 def _mean(values: Sequence[float]) -> float | None:

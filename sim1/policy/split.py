@@ -18,6 +18,16 @@ class GarmentSplit:
     kind: Literal["source", "trajectory", "none"]  # what the test trajectories do not share with training
     held_out_source: str | None  # the demonstration that no training trajectory uses
 
+    def as_row(self, garment: str) -> dict[str, object]:
+        """A row of a report's table."""
+        return {
+            "garment": garment,
+            "train": len(self.train),
+            "held out": len(self.test),
+            "split": self.kind,
+            "held-out source": self.held_out_source,
+        }
+
 
 def split_garment(trajectories: Sequence[Trajectory], test_share: float, rng: np.random.Generator) -> GarmentSplit:
     """Hold out every trajectory that uses one source demonstration.

@@ -52,7 +52,7 @@ def train(trajectories: Sequence[Trajectory], garments: Sequence[str], plan: Tra
         width=plan.width,
         depth=plan.depth,
     )
-    with _one_thread(), torch.random.fork_rng(devices=[]):
+    with one_thread(), torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         policy = ChunkPolicy(shape)
         policy.set_normalisation(inputs, np.concatenate([item.action for item in trajectories]))
@@ -84,23 +84,30 @@ class OpenLoopError:
     joint_error_rad: float
     openness_error: float
     hold_joint_error_rad: float  # of a policy that commands the arms to stay where they are
+    hold_openness_error: float
 
 
 def open_loop_error(policy: ChunkPolicy, trajectory: Trajectory) -> OpenLoopError:
     """How far the predicted chunks are from the recorded commands, given the recorded observations."""
-    truth = chunks_of(trajectory.action, policy.shape.chunk_frames)
-    with _one_thread():
-        error = np.abs(policy.predict(trajectory.state, trajectory.keypoints, trajectory.garment) - truth)
-    hold = np.abs(trajectory.state[:, None, :] - truth)
+    with one_thread():
+        said = policy.predict(trajectory.state, trajectory.keypoints, trajectory.garment)
+    return chunk_error(said, trajectory)
+
+
+def chunk_error(said: np.ndarray, trajectory: Trajectory, every: int = 1) -> OpenLoopError:
+    """How far chunks (n, chunk_frames, 14) are from the recorded commands; they answer to every `every`-th frame."""
+    truth = chunks_of(trajectory.action, said.shape[1])[::every]
+    error, hold = np.abs(said - truth), np.abs(trajectory.state[::every, None, :] - truth)
     return OpenLoopError(
         joint_error_rad=float(error[..., JOINTS].mean()),
         openness_error=float(error[..., OPENNESS].mean()),
         hold_joint_error_rad=float(hold[..., JOINTS].mean()),
+        hold_openness_error=float(hold[..., OPENNESS].mean()),
     )
 
 
 @contextmanager
-def _one_thread() -> Iterator[None]:
+def one_thread() -> Iterator[None]:
     """Sums in one order: the bytes do not depend on the number of cores (and tiny layers gain nothing from more)."""
     count = torch.get_num_threads()
     torch.set_num_threads(1)
