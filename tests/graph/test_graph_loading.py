@@ -32,6 +32,7 @@ STAGES = [
     "rendered_episodes",
     "dataset",
     "policy",
+    "image_policy",
     "scaling_report",
     "ablation_report",
     "cost_report",

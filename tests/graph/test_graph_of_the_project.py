@@ -17,7 +17,14 @@ def test_one_moved_vertex_of_the_towel_re_derives_its_chain_and_the_joint_artifa
     for name in ("study", "paper"):  # ablations name them
         (project.root / "pipeline" / "profiles" / f"{name}.yaml").write_text("{}\n")
     data = project.root / "data"
-    for name in ("tasks/towel.yaml", "tasks/shirt.yaml", "robot/arm.urdf", "environment/table.yaml", "prices.yaml"):
+    for name in (
+        "tasks/towel.yaml",
+        "tasks/shirt.yaml",
+        "robot/arm.urdf",
+        "environment/table.yaml",
+        "policies/act.yaml",
+        "prices.yaml",
+    ):
         (data / name).parent.mkdir(exist_ok=True)
         (data / name).write_text(f"{name}\n")
     assert not project.run().failed

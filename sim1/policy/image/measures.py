@@ -1,0 +1,71 @@
+"""What the errors on held-out trajectories say, with intervals over trajectories."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from sim1.policy.image.shifts import IN_DOMAIN, TITLES
+from sim1.stage import random_stream
+from sim1.statistics import Interval, bootstrap_mean_interval
+
+DATASET, BLANK = "dataset", "no_picture"
+ALL_TITLES = {DATASET: "as in the dataset", **TITLES, BLANK: "no picture, its mean colour"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mean:
+    """Mean over trajectories; no interval where there is one trajectory."""
+
+    value: float
+    interval: Interval | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Point:
+    """Error on one kind of pictures."""
+
+    pictures: str  # a key of `ALL_TITLES`
+    trajectory_count: int
+    clip_count: int  # trajectories, in each of their appearances
+    joint_rad: Mean
+    openness: Mean
+    hold_joint_rad: float  # of standing still, on the same frames
+    hold_openness: float
+    joint_change_rad: Mean | None  # against the same trajectories in a look of training
+
+
+def measure(errors: pd.DataFrame, seed: int) -> list[Point]:
+    """A point per kind of pictures, in the order of `ALL_TITLES`; appearances of a trajectory are averaged first."""
+    per_trajectory = errors.groupby(["pictures", "garment", "trajectory"]).mean(numeric_only=True)
+    known = [name for name in ALL_TITLES if name in set(errors["pictures"])]
+    return [_point(name, errors, per_trajectory, seed) for name in known]
+
+
+def _point(name: str, errors: pd.DataFrame, per_trajectory: pd.DataFrame, seed: int) -> Point:
+    own = per_trajectory.loc[name]
+    change = None
+    if name not in (DATASET, IN_DOMAIN):
+        paired = own["joint_error_rad"] - per_trajectory.loc[IN_DOMAIN]["joint_error_rad"]
+        change = _mean(paired.to_numpy(), seed, name, "change")
+    return Point(
+        pictures=name,
+        trajectory_count=len(own),
+        clip_count=int((errors["pictures"] == name).sum()),
+        joint_rad=_mean(own["joint_error_rad"].to_numpy(), seed, name, "joint"),
+        openness=_mean(own["openness_error"].to_numpy(), seed, name, "openness"),
+        hold_joint_rad=float(own["hold_joint_error_rad"].mean()),
+        hold_openness=float(own["hold_openness_error"].mean()),
+        joint_change_rad=change,
+    )
+
+
+def _mean(values: np.ndarray, seed: int, *names: str) -> Mean:
+    interval = bootstrap_mean_interval(values, random_stream(seed, "image", *names)) if len(values) > 1 else None
+    return Mean(value=float(values.mean()), interval=interval)
+
+
+def of_pictures(points: Sequence[Point], name: str) -> Point | None:
+    """The point of one kind of pictures, where it was measured."""
+    return next((point for point in points if point.pictures == name), None)

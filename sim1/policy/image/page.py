@@ -1,0 +1,140 @@
+"""The page of an image policy."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sim1.policy.image.measures import ALL_TITLES, BLANK, DATASET, Mean, Point, of_pictures
+from sim1.policy.image.shifts import IN_DOMAIN, TITLES
+from sim1.report import Picture, Section, write_report
+
+LEAD = (
+    "A policy that sees rendered pictures and joint angles, tried on trajectories that it has not seen, and on the same "
+    "trajectories with one thing in the picture changed. All figures are from simulation with a scripted expert: no robot was used."
+)
+STAND_INS = [
+    "Pictures are rendered, cloth and arms are simulated, the demonstrations behind the trajectories are a scripted "
+    "expert's, and garments that are marked virtual were never scanned. What is measured is how near the predicted commands "
+    "come to the recorded ones, not whether a garment gets folded: the policy does not drive here. Nothing here is a success rate.",
+    "The paper's column “texture” changes friction with the fabric; here the motion is the recorded one and only the picture "
+    "changes. Its column “spatial” moves the garment: every generated trajectory has its garment moved already.",
+]
+
+
+def shown_count(point: Point) -> str:
+    """How many trajectories and clips stand behind a figure, as the page says it."""
+    return f"{point.trajectory_count} ({point.clip_count})"
+
+
+def write_page(out: Path, points: Sequence[Point], about: Mapping[str, Any]) -> None:
+    """Write `report.html` beside the pictures; `about` is the content of `image_policy.json`."""
+    captions = {
+        "errors.png": "Error by what the pictures show; one trajectory alone has no interval.",
+        "looks.png": "Every row is one moment of a held-out trajectory.",
+        "loss.png": "",
+    }
+    errors, looks, loss = (
+        [Picture(path=out / name, caption=caption)] if (out / name).exists() else []
+        for name, caption in captions.items()
+    )
+    sections = [
+        Section(
+            heading="Result",
+            paragraphs=_result(points, about),
+            table=[_shown(point) for point in points],
+            pictures=errors,
+        ),
+        *([Section(heading="What was changed", paragraphs=[_changes(about)], pictures=looks)] if looks else []),
+        Section(
+            heading="How it was measured",
+            paragraphs=_method(about),
+            table=about["splits"],
+        ),
+        Section(
+            heading="The policy",
+            paragraphs=[
+                f"{about['title']} (lerobot's “{about['type']}”, size {about['size']}): {about['parameter_count']:,} "
+                f"parameters, {about['training']['steps']} steps of {about['training']['batch']} frames on "
+                f"{about['device']}. It sees {', '.join(about['inputs'])}, not the garment's keypoints, and predicts "
+                f"{about['chunk_frames']} commands at {about['rate_hz']} Hz. Its loss went from {about['loss']['first']:.3g} to "
+                f"{about['loss']['last']:.3g} (mean of the first and of the last tenth of the steps)."
+            ],
+            pictures=loss,
+        ),
+        Section(heading="What stands in for reality", paragraphs=STAND_INS),
+    ]
+    write_report(out / "report.html", "Image policy", LEAD, sections)
+
+
+def _result(points: Sequence[Point], about: Mapping[str, Any]) -> list[str]:
+    plain, seen, blank = (of_pictures(points, name) for name in (DATASET, IN_DOMAIN, BLANK))
+    if plain is None:
+        return ["No trajectory was held out, so nothing was measured: one trajectory of a garment is too few to split."]
+    said = [
+        f"Held-out error of the joint commands {np.degrees(plain.joint_rad.value):.3g}° against "
+        f"{np.degrees(plain.hold_joint_rad):.3g}° of standing still, {plain.trajectory_count} held-out trajectories in "
+        f"{plain.clip_count} clips."
+    ]
+    if plain.joint_rad.value >= plain.hold_joint_rad:
+        said.append("That is no better than standing still: the policy has learnt nothing of use yet.")
+    if seen is None or blank is None:
+        return [*said, "No trajectory was rendered with a changed picture (setting `shifted_trajectories`)."]
+    low = blank.joint_change_rad.interval.low if blank.joint_change_rad.interval else None
+    if low is not None and low > 0:
+        said.append("Without its picture the policy does worse: it looks.")
+    else:
+        said.append(
+            "That the policy does worse without its picture is not established: where it hardly looks, "
+            "that a change of the picture does no harm is no robustness."
+        )
+    return said
+
+
+def _changes(about: Mapping[str, Any]) -> str:
+    return (
+        f"{', '.join(TITLES.values())}: a look of training is that of a training clip of the same garment, drawn at random for "
+        "each held-out trajectory. Other lighting replaces lamps and sky, another texture replaces the fabric by a made-up one and "
+        f"the table with it, the head camera is turned about the table's middle by {about['viewpoint_deg']:g}° of elevation. "
+        "Wrist cameras, where there are any, do not move with it. What is new comes from the distribution that training looks "
+        "come from. All these were rendered and encoded as the dataset was."
+    )
+
+
+def _method(about: Mapping[str, Any]) -> list[str]:
+    every = about["evaluate_every"]
+    return [
+        f"{about['train_count']} training trajectories in {about['train_clips']} clips, {about['held_out_count']} held out. "
+        "Split “source”: every trajectory that uses one source demonstration was held out; other sources may be shared "
+        "with training. Split “trajectory”: every trajectory uses every source, so single trajectories were held out, which is "
+        "the weaker test. Split “none”: too few to hold any out. Normalisation comes from the training part alone.",
+        f"Error: mean absolute difference between the predicted chunk of {about['chunk_frames']} commands and the recorded "
+        f"one, the last command held at the end, given the recorded picture and state, "
+        f"{'in every frame' if every == 1 else f'every {every} frames'}. "
+        "Standing still commands the arms to stay where they are. Intervals: 95 % bootstrap over trajectories, all appearances of a "
+        "trajectory averaged first; changes are paired by trajectory.",
+    ]
+
+
+def _shown(point: Point) -> dict[str, object]:
+    change = point.joint_change_rad
+    return {
+        "Pictures": ALL_TITLES[point.pictures],
+        "Trajectories (clips)": shown_count(point),
+        "Joint error (degrees)": _degrees(point.joint_rad),
+        "Standing still (degrees)": round(float(np.degrees(point.hold_joint_rad)), 3),
+        "Against a look of training (degrees)": _degrees(change, "+.3g") if change else "–",
+        "Openness error": _number(point.openness.value, point.openness.interval, ".3g"),
+        "Standing still (openness)": round(point.hold_openness, 3),
+    }
+
+
+def _degrees(mean: Mean, form: str = ".3g") -> str:
+    return _number(np.degrees(mean.value), mean.interval and np.degrees(mean.interval), form)
+
+
+def _number(value: float, interval: Sequence[float] | None, form: str) -> str:
+    if interval is None:
+        return format(value, form)
+    return f"{value:{form}} ({interval[0]:{form}} to {interval[1]:{form}})"

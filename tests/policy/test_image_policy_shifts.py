@@ -1,0 +1,136 @@
+"""Pictures in which one thing is changed, and which trajectories are shown in them."""
+
+from dataclasses import fields
+
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+from towel_cell import write_inputs
+
+from sim1.dataset.stage import DatasetConfig, dataset
+from sim1.policy.episodes import Trajectory, read_trajectories
+from sim1.policy.image.clips import Clip, clips_of
+from sim1.policy.image.shifts import IN_DOMAIN, TITLES, shifted_looks
+from sim1.policy.image.views import choose_trajectories, write_views
+from sim1.render.appearance import draw_appearance
+from sim1.render.stage import RenderConfig, rendered_episodes
+from sim1.stage import BadInput, random_stream
+
+TURN_RAD = np.radians(5.0)
+
+
+def look_of_training(seed: int = 0):
+    return draw_appearance(
+        random_stream(seed), scanned=(0.8, 0.2, 0.2), scanned_share=1.0, elevation_jitter_rad=np.radians(5.0)
+    )
+
+
+def changed(before, after) -> set[str]:
+    return {field.name for field in fields(before) if getattr(before, field.name) != getattr(after, field.name)}
+
+
+def test_every_shift_changes_one_thing_alone():
+    trained = look_of_training()
+    looks = shifted_looks(trained, random_stream(1), TURN_RAD)
+    assert list(looks) == list(TITLES)
+    assert {name: changed(trained, look) for name, look in looks.items()} == {
+        IN_DOMAIN: set(),
+        "lighting": {"lamps", "sky", "sky_strength"},
+        "viewpoint_down": {"elevation_offset_rad"},
+        "viewpoint_up": {"elevation_offset_rad"},
+        "texture": {"fabric", "table"},
+    }
+    turned = [
+        looks[name].elevation_offset_rad - trained.elevation_offset_rad for name in ("viewpoint_down", "viewpoint_up")
+    ]
+    np.testing.assert_allclose(np.degrees(turned), [-5.0, 5.0])
+
+
+def test_another_texture_is_never_the_scanned_one_and_the_same_stream_gives_the_same_looks():
+    trained = look_of_training()
+    for seed in range(20):
+        looks = shifted_looks(trained, random_stream(seed), TURN_RAD)
+        assert looks["texture"].fabric.kind != "scanned"
+        assert looks == shifted_looks(trained, random_stream(seed), TURN_RAD)
+
+
+def still(garment: str, name: str) -> Trajectory:
+    nothing = np.zeros((3, 14), np.float32)
+    return Trajectory(
+        garment=garment, name=name, sources=frozenset({"0000"}), state=nothing, keypoints=nothing, action=nothing
+    )
+
+
+def held_out(*names: str) -> list[Clip]:
+    items = [still(*name.split("/")) for name in names]
+    return [
+        Clip(episode_index=2 * place + appearance, appearance=appearance, trajectory=item)
+        for place, item in enumerate(items)
+        for appearance in (0, 1)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("count", "first", "chosen"),
+    [
+        (1, ("towel",), ["towel/0"]),
+        (3, ("towel",), ["towel/0", "polo/0", "shorts/0"]),
+        (9, (), ["polo/0", "shorts/0", "towel/0", "polo/1", "towel/1"]),
+        (1, ("sock",), ["polo/0"]),
+        (0, ("towel",), []),
+    ],
+)
+def test_garments_take_turns_the_preferred_first_and_each_trajectory_counts_once(count, first, chosen):
+    clips = held_out("polo/0", "polo/1", "shorts/0", "towel/0", "towel/1")
+    assert [f"{item.garment}/{item.name}" for item in choose_trajectories(clips, count, first)] == chosen
+
+
+@pytest.fixture
+def rendered(tmp_path):
+    """A towel's one trajectory, rendered by Blender, and its dataset."""
+    inputs = write_inputs(tmp_path, frame_count=4)
+    for name in ("rendered", "dataset", "out"):
+        (tmp_path / name).mkdir()
+    config = RenderConfig(width=48, height=36, samples=1, rate_hz=15, variants=1, threads=1, device="cpu")
+    rendered_episodes(inputs, tmp_path / "rendered", config)
+    dataset({"rendered_episodes": {"towel": tmp_path / "rendered"}}, tmp_path / "dataset", DatasetConfig())
+    return {
+        **inputs,
+        "rendered_episodes": {"towel": tmp_path / "rendered"},
+        "dataset": {"": tmp_path / "dataset"},
+    }
+
+
+@pytest.mark.filterwarnings("ignore")  # of torch and torchvision, not of this project
+def test_blender_shows_the_look_of_training_again_to_the_bit_and_the_others_differ(rendered, tmp_path, monkeypatch):
+    data = rendered["dataset"][""]
+    trajectories = read_trajectories(data)
+    train = clips_of(data, trajectories)
+    kept = []
+    monkeypatch.setattr("sim1.policy.image.views.shutil.rmtree", lambda path, **_: kept.append(path))
+    write_views(rendered, trajectories, train, tmp_path / "out", seed=0, viewpoint_rad=TURN_RAD)
+
+    def picture(folder, variant):
+        return np.asarray(Image.open(folder / "episodes" / "0000" / f"v{variant}" / "head" / "000001.png"), float)
+
+    frames = tmp_path / "out" / "frames" / "towel"
+    before = picture(rendered["rendered_episodes"]["towel"], 0)
+    seen = {name: picture(frames, place) for place, name in enumerate(TITLES)}
+    np.testing.assert_array_equal(seen[IN_DOMAIN], before)
+    for name in TITLES:
+        assert name == IN_DOMAIN or np.abs(seen[name] - before).mean() > 2.0, name
+
+    views = tmp_path / "out" / "views"
+    assert tmp_path / "out" / "frames" in kept  # all that is left is the dataset of them
+    table = pd.read_parquet(views / "provenance.parquet")
+    assert table["appearance"].tolist() == list(range(len(TITLES)))
+    again = clips_of(views, trajectories)
+    assert [clip.trajectory.name for clip in again] == ["0000"] * len(TITLES)
+    np.testing.assert_array_equal(read_trajectories(views)[0].action, trajectories[0].action)
+
+
+def test_a_garment_that_was_not_rendered_is_named(tmp_path):
+    clips = held_out("towel/0")
+    with pytest.raises(BadInput, match="'rendered_episodes': none for garment 'towel'; materialize it first"):
+        write_views({"dataset": {"": tmp_path}}, [clips[0].trajectory], clips, tmp_path, seed=0, viewpoint_rad=0.1)

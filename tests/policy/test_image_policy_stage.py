@@ -1,0 +1,273 @@
+"""The stage on painted pictures: what it leaves behind, that it goes on after a kill, and what its check sees."""
+
+import hashlib
+import json
+import shutil
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+import yaml
+from painted_world import HELD_OUT, Painter, write_world
+from safetensors.torch import load_file, save_file
+
+from sim1.policy.image.build import Trained
+from sim1.policy.image.clips import split_clips
+from sim1.policy.image.evaluation import errors_of, without_pictures
+from sim1.policy.image.measures import BLANK, DATASET
+from sim1.policy.image.policy_file import SCHEMA
+from sim1.policy.image.shifts import IN_DOMAIN, TITLES
+from sim1.policy.image.stage import ImagePolicyConfig, check_image_policy, image_policy
+from sim1.progress import listening
+from sim1.stage import BadInput, Inputs
+from sim1.statistics import bootstrap_mean_interval
+
+pytestmark = pytest.mark.filterwarnings("ignore")  # of torch and torchvision, not of this project
+CONFIG = ImagePolicyConfig(
+    policy="mite", steps=4, batch=4, chunk_s=0.5, device="cpu", shifted_trajectories=3, checkpoint_s=0.0
+)
+MITE = {
+    "pretrained_backbone_weights": None, "dim_model": 16, "n_heads": 2, "dim_feedforward": 16, "n_encoder_layers": 1,
+    "use_vae": False,
+}  # fmt: skip
+
+
+@dataclass
+class World:
+    inputs: Inputs
+    painter: Painter
+
+    def make(self, out: Path, config: ImagePolicyConfig = CONFIG, **inputs):
+        out.mkdir(exist_ok=True)
+        return image_policy({**self.inputs, **inputs}, out, config)
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory):
+    painter, folder = Painter(), tmp_path_factory.mktemp("world")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sim1.render.blender.run_blender", painter)
+        patch.setattr("sim1.policy.image.views.run_blender", painter)
+        inputs = write_world(folder)
+        (folder / "policies").mkdir()
+        text = yaml.safe_dump({"schema": SCHEMA, "title": "A very small ACT", "type": "act", "settings": MITE})
+        (folder / "policies" / "mite.yaml").write_text(text)
+        yield World({**inputs, "policies": {"": folder / "policies"}}, painter)
+
+
+@pytest.fixture(scope="module")
+def made(world, tmp_path_factory):
+    out, seen = tmp_path_factory.mktemp("made") / "out", []
+    with listening(lambda done, total, what: seen.append(done / total)):
+        facts = world.make(out)
+    return out, facts, seen
+
+
+@pytest.fixture
+def artifact(made, tmp_path) -> Path:
+    """A copy to be damaged."""
+    return Path(shutil.copytree(made[0], tmp_path / "artifact"))
+
+
+def contents(folder: Path) -> dict[str, str]:
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def failed(findings) -> list[str]:
+    return [finding.name for finding in findings if finding.blocking and not finding.passed]
+
+
+def test_every_held_out_clip_and_every_look_is_measured(made):
+    out, facts, _ = made
+    assert failed(check_image_policy(out)) == []
+    assert (facts["training_trajectory_count"], facts["held_out_trajectory_count"]) == (4, 1)
+    errors = pd.read_parquet(out / "open_loop.parquet")
+    assert set(errors["trajectory"]) == {HELD_OUT}
+    assert errors["pictures"].value_counts().to_dict() == {DATASET: 2, BLANK: 1, **dict.fromkeys(TITLES, 1)}
+    assert errors["hold_joint_error_rad"].nunique() == 1  # the motion is the same in all of them
+    looks = errors[errors["pictures"].isin([*TITLES, BLANK])]
+    assert looks["joint_error_rad"].nunique() == len(looks)  # and the pictures differ
+    assert {path.name for path in out.iterdir()} == {
+        "policy", "views", "image_policy.json", "open_loop.parquet", "training.parquet", "report.html",
+        "errors.png", "looks.png", "loss.png",
+    }  # fmt: skip
+
+
+def test_the_page_says_what_stands_in_for_reality_and_that_nothing_drove(made):
+    page = (made[0] / "report.html").read_text()
+    for words in ("scripted expert", "no robot was used", "Nothing here is a success rate", "A very small ACT"):
+        assert words in page
+    assert "nan" not in page
+
+
+def test_no_path_of_this_machine_is_in_the_artifact(made, world):
+    folder = str(world.inputs["dataset"][""].parent).encode()
+    for path in made[0].rglob("*"):
+        assert path.is_dir() or folder not in path.read_bytes(), path
+
+
+def test_progress_rises_from_nothing_to_all(made):
+    seen = made[2]
+    assert seen == sorted(seen)
+    assert (seen[0], seen[-1]) == (0.0, 1.0)
+
+
+class Killed(Exception):
+    pass
+
+
+@pytest.mark.parametrize("words", ["episodes", "step 3 of 4", "frames of held-out trajectories"])
+def test_a_run_that_was_killed_anywhere_ends_with_the_same_bytes(world, made, tmp_path, words):
+    def sink(done, total, what):
+        if words in what:
+            raise Killed
+
+    with listening(sink), pytest.raises(Killed):
+        world.make(tmp_path / "out")
+    before = world.painter.painted
+    world.make(tmp_path / "out")
+    assert world.painter.painted == before  # no picture is rendered twice
+    assert contents(tmp_path / "out") == contents(made[0])
+
+
+def test_where_nothing_is_held_out_a_policy_is_trained_and_the_page_says_so(world, tmp_path_factory, tmp_path):
+    alone = write_world(tmp_path_factory.mktemp("alone"), sources={"0000": "0000"}, frame_count=13)
+    facts = world.make(tmp_path / "out", **{name: alone[name] for name in ("dataset", "rendered_episodes")})
+    assert facts["held_out_trajectory_count"] == 0
+    assert facts["held_out_joint_error_rad"] is None
+    assert failed(check_image_policy(tmp_path / "out")) == []
+    assert "nothing was measured" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_without_changed_pictures_the_dataset_alone_is_tested(world, tmp_path):
+    facts = world.make(tmp_path / "out", replace(CONFIG, shifted_trajectories=0, evaluate_every=4))
+    assert [row["pictures"] for row in facts["shifts"]] == [DATASET]
+    assert failed(check_image_policy(tmp_path / "out")) == []
+    assert pd.read_parquet(tmp_path / "out" / "open_loop.parquet")["frame_count"].tolist() == [3, 3]  # of 9
+
+
+def test_a_policy_that_cannot_be_trained_here_fails_before_anything_is_rendered(world, tmp_path):
+    before = world.painter.painted
+    with pytest.raises(BadInput, match=r"no policy 'act'; there are mite"):
+        world.make(tmp_path / "out", replace(CONFIG, policy="act"))
+    assert world.painter.painted == before
+
+
+def test_a_damaged_dataset_is_named(world, tmp_path):
+    broken = shutil.copytree(world.inputs["dataset"][""], tmp_path / "dataset")
+    (broken / "lerobot" / "meta" / "info.json").unlink()
+    with pytest.raises(BadInput, match=r"info\.json"):
+        world.make(tmp_path / "out", dataset={"": broken})
+
+
+def test_the_check_sees_weights_that_are_no_numbers(artifact):
+    weights = load_file(artifact / "policy" / "model.safetensors")
+    weights["model.action_head.bias"][0] = float("nan")
+    save_file(weights, artifact / "policy" / "model.safetensors", metadata={"format": "pt"})
+    assert failed(check_image_policy(artifact)) == ["weights_finite"]
+
+
+def test_the_check_sees_a_policy_that_lerobot_cannot_load(artifact):
+    (artifact / "policy" / "policy_preprocessor.json").unlink()
+    assert failed(check_image_policy(artifact)) == ["lerobot_loads_it_again"]
+
+
+def test_the_check_sees_a_lost_error_a_stranger_and_a_lost_step(artifact):
+    errors = pd.read_parquet(artifact / "open_loop.parquet")
+    errors.iloc[1:].to_parquet(artifact / "open_loop.parquet")
+    assert failed(check_image_policy(artifact)) == ["every_error_measured"]
+    errors.assign(trajectory="0000").to_parquet(artifact / "open_loop.parquet")
+    assert failed(check_image_policy(artifact)) == ["held_out_alone_is_tested"]
+    errors.to_parquet(artifact / "open_loop.parquet")
+    pd.read_parquet(artifact / "training.parquet").iloc[1:].to_parquet(artifact / "training.parquet")
+    assert failed(check_image_policy(artifact)) == ["every_step_has_a_loss"]
+
+
+def test_intervals_are_over_trajectories_and_changes_are_paired(tmp_path):
+    from sim1.policy.image.measures import measure
+
+    stream = np.random.default_rng(0)
+    level = stream.uniform(0.1, 0.5, 6)  # trajectories differ by far more than a look changes
+    rows = [
+        {"pictures": name, "garment": "towel", "trajectory": str(place), "appearance": appearance, "joint_error_rad": own + more,
+         "openness_error": 0.1, "hold_joint_error_rad": 0.2, "hold_openness_error": 0.1}
+        for name, more, copies in ((DATASET, 0.0, 2), (IN_DOMAIN, 0.0, 1), ("lighting", 0.02, 1), (BLANK, 0.3, 1))
+        for place, own in enumerate(level)
+        for appearance in range(copies)
+    ]  # fmt: skip
+    points = {point.pictures: point for point in measure(pd.DataFrame(rows), seed=0)}
+    assert list(points) == [DATASET, IN_DOMAIN, "lighting", BLANK]
+    assert (points[DATASET].trajectory_count, points[DATASET].clip_count) == (6, 12)
+    wide = bootstrap_mean_interval(level, np.random.default_rng(1))
+    np.testing.assert_allclose(points[DATASET].joint_rad.interval, wide, atol=0.03)
+    np.testing.assert_allclose(points["lighting"].joint_change_rad.interval, (0.02, 0.02), atol=1e-9)
+    assert points[IN_DOMAIN].joint_change_rad is None
+    one = measure(pd.DataFrame(rows)[lambda table: table["trajectory"] == "0"], seed=0)
+    assert one[0].joint_rad.interval is None
+
+
+class Parrot(torch.nn.Module):
+    """A policy that commands the arms to stay where they are; remembers what it saw."""
+
+    def __init__(self, config):
+        super().__init__()
+        self.config, self.seen = config, []
+
+    def reset(self):
+        pass
+
+    def predict_action_chunk(self, batch):
+        self.seen.append(batch)
+        return batch["observation.state"][:, None].repeat(1, 7, 1)
+
+
+@pytest.fixture
+def parrot(world):
+    features = dict.fromkeys(("observation.images.head", "observation.state"))
+    config = SimpleNamespace(
+        input_features=features, observation_delta_indices=None, action_delta_indices=[0], reward_delta_indices=None
+    )
+    return Trained(policy=Parrot(config), prepare=lambda batch: batch, restore=lambda chunk: chunk)
+
+
+def errors_on(world, parrot, **changes):
+    data = world.inputs["dataset"][""]
+    how = {"chunk_frames": 5, "every": 1, "batch": 4, "workers": 0, "seed": 0, **changes}
+    return errors_of(parrot, data, {DATASET: split_clips(data, 0.25, 0).held_out}, **how)
+
+
+def test_a_policy_that_stands_still_has_the_error_of_standing_still(world, parrot):
+    rows = errors_on(world, parrot)
+    assert len(rows) == 2
+    for row in rows:
+        assert row["joint_error_rad"] == pytest.approx(row["hold_joint_error_rad"], abs=1e-6) != 0
+        assert row["openness_error"] == pytest.approx(row["hold_openness_error"], abs=1e-6)
+    names = {name for batch in parrot.policy.seen for name in batch}
+    assert "observation.environment_state" not in names
+
+
+def test_without_pictures_a_policy_sees_one_colour_and_all_else(world, parrot):
+    color = np.array([0.1, 0.2, 0.3], np.float32).reshape(3, 1, 1)
+    errors_on(world, parrot, see=without_pictures({"observation.images.head": color}))
+    for batch in parrot.policy.seen:
+        picture = batch["observation.images.head"]
+        assert picture.shape[-2:] == (24, 32)
+        assert torch.equal(picture, torch.from_numpy(color).expand_as(picture))
+        assert batch["observation.state"].std() > 0
+
+
+def test_figures_in_the_record_are_those_of_the_table(made):
+    out, facts, _ = made
+    errors = pd.read_parquet(out / "open_loop.parquet")
+    about = json.loads((out / "image_policy.json").read_text())
+    for point, row in zip(about["points"], facts["shifts"], strict=True):
+        mean = errors.loc[errors["pictures"] == point["pictures"], "joint_error_rad"].mean()
+        assert point["joint_rad"]["value"] == pytest.approx(mean) == row["joint_error_rad"]
