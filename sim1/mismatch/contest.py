@@ -1,7 +1,7 @@
 """Models of a bundle against each other: the baseline, one effect more, the leaders fitted again, and a second effect."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from sim1.mismatch.afar import from_afar
 from sim1.mismatch.decide import best_of, gain_of, null_of, rating, rivals_of, worth_a_second
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
-from sim1.mismatch.models import Model, calibrate, extended, judged
+from sim1.mismatch.models import Model, calibrate, extended, judged, widened
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import Unknowns
 from sim1.mismatch.thresholds import Thresholds
@@ -45,6 +45,9 @@ def contest(
     if _promising(engine, found, thresholds):
         progress(0.7, "fitting the best again")
         found = sharpened(engine, found, names, thresholds)
+    if _promising(engine, found, thresholds):
+        wider = widened(engine, best_of(found.pool, thresholds), found.temper, names)
+        found = replace(found, pool=_best_of_each((*found.pool, *wider)))
     if _promising(engine, found, thresholds):
         found = with_a_second(engine, found, names, thresholds, lambda s, n: progress(0.85 + 0.15 * s, f"trying {n}"))
     return found

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.fit import Fit, cost_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
@@ -184,5 +185,5 @@ def worth_a_second(first: Model, both: Model | None, gain: float, thresholds: Th
 
 def _contained(small: tuple[str, ...], large: tuple[str, ...]) -> bool:
     """Whether one model is the other with less: wind brings drag with it."""
-    inside = {"air_drag"} if "wind" in large else set()
+    inside = {EFFECTS[name].widens for name in large}
     return small != large and set(small) <= set(large) | inside

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.engine import FOLLOW_HZ, Engine
 from sim1.mismatch.fit import CONVERGED, Fit, Tempers, fit, promised, temper_of
@@ -135,6 +136,28 @@ def extended(
             )
             models[k] = judged(more, temper, model.variants)
     return Tried(models=tuple(sorted(models, key=lambda model: model.score)), lost=tuple(lost))
+
+
+def widened(engine: Engine, model: Model, temper: Tempers, names: tuple[str, ...]) -> list[Model]:
+    """The model with an effect in place of one that it widens, from where that was: wind from the drag of still air.
+
+    From still air the way to a weak stream is downhill; from a stream of another direction or speed it may not be.
+    """
+    known, z, made = model.fit.unknowns, model.fit.z, []
+    for place, term in enumerate(known.terms):
+        first = known.count - sum(len(t.coefficients) for t in known.terms[place:])
+        for effect in (e for e in EFFECTS.values() if e.widens == term.effect.name):
+            wider = Term.of(effect)
+            before = known.values(place, z)
+            own = [c.z(before[c.name]) if c.name in before else 0.0 for c in wider.coefficients]
+            start = np.concatenate([z[:first], own, z[first + len(term.coefficients) :]])
+            terms = (*known.terms[:place], wider, *known.terms[place + 1 :])
+            try:
+                found = fit(engine, replace(known, terms=terms), start, names, temper=temper, most=MORE)
+            except NotConverged:
+                continue
+            made.append(judged(found, temper, model.variants))
+    return made
 
 
 def _looked_at(

@@ -55,9 +55,9 @@ def site_of(engine: Engine, world: World) -> Site:
 def possible(site: Site, unknowns_terms: tuple[Term, ...]) -> list[type[Effect]]:
     """Effects that these recordings could show and that the model has not yet."""
     present = {term.effect.name for term in unknowns_terms}
-    if "wind" in present:
-        present.add("air_drag")
-    return [e for e in EFFECTS.values() if e.name not in present and (site.table or not e.on_table)]
+    present |= {term.effect.widens for term in unknowns_terms}
+    absent = [e for e in EFFECTS.values() if e.name not in present and e.widens not in present - {None}]
+    return [e for e in absent if site.table or not e.on_table]
 
 
 def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list[Candidate]:

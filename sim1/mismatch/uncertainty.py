@@ -43,10 +43,9 @@ def established(found: Fit, level: float) -> bool:
     Evidence grows with every sample that is fitted better, also where recordings pull a coefficient to and fro, each by its own
     error of the simulator.
     """
-    whole, first = covariance(found), len(found.unknowns.nominal)
-    for term in found.unknowns.terms:
-        places = [first + k for k, c in enumerate(term.coefficients) if not c.shape]
-        first += len(term.coefficients)
+    whole = covariance(found)
+    for term in range(len(found.unknowns.terms)):
+        places = found.unknowns.strengths(term)
         strengths = found.z[places]
         distance = float(strengths @ np.linalg.solve(whole[np.ix_(places, places)], strengths))
         if stats.chi2.sf(distance, len(places)) > level:

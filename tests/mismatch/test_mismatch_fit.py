@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 from small_bundle import empty_bundle, filmed, plain_world
 
+from sim1.cloth.effects import EFFECTS
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch import contest
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import fit, promised
-from sim1.mismatch.models import Model, Tried
+from sim1.mismatch.models import Model, Tried, judged, widened
 from sim1.mismatch.patience import Patience
-from sim1.mismatch.search import Unknowns, baseline
+from sim1.mismatch.search import Term, Unknowns, baseline
 from sim1.mismatch.thresholds import THRESHOLDS
 from sim1.stage import BadInput
 
@@ -169,6 +170,22 @@ def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, m
     )
     tried = {model.terms for model in found.pool if len(model.terms) == 2}
     assert tried == {("air_drag", "clock_offset"), ("actuator_lag", "air_drag")}  # and none beside the hopeless
+
+
+def test_a_weak_stream_is_found_from_the_drag_of_still_air():
+    """Streams of 0.6 m/s, from which wind is sought, are far from one of 0.1 m/s."""
+    bundle = filmed(empty_bundle(motions=2), air_normal=1.3, wind_m_s=(0.02, 0.12, 0.0))
+    with Engine(bundle) as engine:
+        names, plain = engine.names, baseline(bundle)
+        temper = dict.fromkeys(names, 3.0)
+        still = plain.with_terms(Term.of(EFFECTS["air_drag"]))
+        drag = judged(fit(engine, still, np.zeros(still.count), names, temper=temper), temper)
+        [wind] = widened(engine, drag, temper, names)
+    assert wind.terms == ("wind",)
+    assert drag.score - wind.score > 20.0
+    found = wind.fit.unknowns.values(0, wind.fit.z)
+    assert found["vy"] == pytest.approx(0.12, abs=0.03)
+    assert widened(None, wind, temper, names) == []
 
 
 def test_a_search_aside_leaves_the_mesh_and_its_errors_as_they_were_even_where_it_finds_no_way():

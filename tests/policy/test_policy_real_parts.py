@@ -143,7 +143,9 @@ def test_demonstrations_that_hide_their_numerics_are_named(tmp_path, inputs):
 
 
 def test_a_policy_drives_the_simulated_cell_and_is_judged(tmp_path, inputs):
-    config = PolicyConfig(sizes=(2,), seeds=(0,), steps=30, width=16, depth=1, trial_count=1, shifts=("spatial",), time_factor=0.5)
+    config = PolicyConfig(
+        sizes=(2,), seeds=(0,), steps=30, width=16, depth=1, trial_count=1, shifts=("spatial",), time_factor=0.5
+    )
     facts = policy(inputs, tmp_path, config)
     assert [finding.name for finding in check_policy(tmp_path) if not finding.passed and finding.blocking] == []
     trial = pd.read_parquet(tmp_path / "evaluation.parquet").iloc[0]

@@ -16,6 +16,7 @@ class Wind(Effect):
     signature: ClassVar[str] = "a steady push that is strongest where the sheet faces one direction, also at rest"
     source: ClassVar[str] = "quadratic drag of a plate in a stream (Hoerner 1965, chapter 3)"
     typical: ClassVar[str] = "0.1 to 2 m/s"
+    widens: ClassVar[str] = "air_drag"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="c_normal", unit="1", scale=1.3, low=0.0),
         Coefficient(name="vx", unit="m/s", scale=0.4, shape=True),
