@@ -209,6 +209,7 @@ def test_intervals_are_over_trajectories_and_changes_are_paired(tmp_path):
     wide = bootstrap_mean_interval(level, np.random.default_rng(1))
     np.testing.assert_allclose(points[DATASET].joint_rad.interval, wide, atol=0.03)
     np.testing.assert_allclose(points["lighting"].joint_change_rad.interval, (0.02, 0.02), atol=1e-9)
+    np.testing.assert_allclose(points["lighting"].openness_change.interval, (0.0, 0.0), atol=1e-9)
     assert points[IN_DOMAIN].joint_change_rad is None
     one = measure(pd.DataFrame(rows)[lambda table: table["trajectory"] == "0"], seed=0)
     assert one[0].joint_rad.interval is None

@@ -34,6 +34,7 @@ class Point:
     hold_joint_rad: float  # of standing still, on the same frames
     hold_openness: float
     joint_change_rad: Mean | None  # against the same trajectories in a look of training
+    openness_change: Mean | None
 
 
 def measure(errors: pd.DataFrame, seed: int) -> list[Point]:
@@ -45,10 +46,10 @@ def measure(errors: pd.DataFrame, seed: int) -> list[Point]:
 
 def _point(name: str, errors: pd.DataFrame, per_trajectory: pd.DataFrame, seed: int) -> Point:
     own = per_trajectory.loc[name]
-    change = None
+    changes: dict[str, Mean | None] = {"joint_error_rad": None, "openness_error": None}
     if name not in (DATASET, IN_DOMAIN):
-        paired = own["joint_error_rad"] - per_trajectory.loc[IN_DOMAIN]["joint_error_rad"]
-        change = _mean(paired.to_numpy(), seed, name, "change")
+        paired = own[list(changes)] - per_trajectory.loc[IN_DOMAIN][list(changes)]
+        changes = {column: _mean(paired[column].to_numpy(), seed, name, "change", column) for column in changes}
     return Point(
         pictures=name,
         trajectory_count=len(own),
@@ -57,7 +58,8 @@ def _point(name: str, errors: pd.DataFrame, per_trajectory: pd.DataFrame, seed: 
         openness=_mean(own["openness_error"].to_numpy(), seed, name, "openness"),
         hold_joint_rad=float(own["hold_joint_error_rad"].mean()),
         hold_openness=float(own["hold_openness_error"].mean()),
-        joint_change_rad=change,
+        joint_change_rad=changes["joint_error_rad"],
+        openness_change=changes["openness_error"],
     )
 
 

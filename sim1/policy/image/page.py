@@ -23,11 +23,6 @@ STAND_INS = [
 ]
 
 
-def shown_count(point: Point) -> str:
-    """How many trajectories and clips stand behind a figure, as the page says it."""
-    return f"{point.trajectory_count} ({point.clip_count})"
-
-
 def write_page(out: Path, points: Sequence[Point], about: Mapping[str, Any]) -> None:
     """Write `report.html` beside the pictures; `about` is the content of `image_policy.json`."""
     captions = {
@@ -42,10 +37,11 @@ def write_page(out: Path, points: Sequence[Point], about: Mapping[str, Any]) -> 
     sections = [
         Section(
             heading="Result",
-            paragraphs=_result(points, about),
-            table=[_shown(point) for point in points],
+            paragraphs=[*_result(points), *_shifts(points)],
+            table=[_joints(point) for point in points],
             pictures=errors,
         ),
+        *([Section(heading="Grippers", table=[_grippers(point) for point in points])] if points else []),
         *([Section(heading="What was changed", paragraphs=[_changes(about)], pictures=looks)] if looks else []),
         Section(
             heading="How it was measured",
@@ -68,34 +64,56 @@ def write_page(out: Path, points: Sequence[Point], about: Mapping[str, Any]) -> 
     write_report(out / "report.html", "Image policy", LEAD, sections)
 
 
-def _result(points: Sequence[Point], about: Mapping[str, Any]) -> list[str]:
-    plain, seen, blank = (of_pictures(points, name) for name in (DATASET, IN_DOMAIN, BLANK))
+def _result(points: Sequence[Point]) -> list[str]:
+    plain = of_pictures(points, DATASET)
     if plain is None:
         return ["No trajectory was held out, so nothing was measured: one trajectory of a garment is too few to split."]
     said = [
-        f"Held-out error of the joint commands {np.degrees(plain.joint_rad.value):.3g}° against "
-        f"{np.degrees(plain.hold_joint_rad):.3g}° of standing still, {plain.trajectory_count} held-out trajectories in "
+        f"Held-out error of the joint commands {np.degrees(plain.joint_rad.value):.2f}° against "
+        f"{np.degrees(plain.hold_joint_rad):.2f}° of standing still, {plain.trajectory_count} held-out trajectories in "
         f"{plain.clip_count} clips."
     ]
     if plain.joint_rad.value >= plain.hold_joint_rad:
         said.append("That is no better than standing still: the policy has learnt nothing of use yet.")
-    if seen is None or blank is None:
-        return [*said, "No trajectory was rendered with a changed picture (setting `shifted_trajectories`)."]
-    low = blank.joint_change_rad.interval.low if blank.joint_change_rad.interval else None
-    if low is not None and low > 0:
-        said.append("Without its picture the policy does worse: it looks.")
-    else:
-        said.append(
-            "That the policy does worse without its picture is not established: where it hardly looks, "
-            "that a change of the picture does no harm is no robustness."
-        )
     return said
+
+
+def _shifts(points: Sequence[Point]) -> list[str]:
+    """What a changed picture does, as far as the intervals carry."""
+    shifts = [point for point in points if point.pictures not in (DATASET, IN_DOMAIN, BLANK)]
+    blank = of_pictures(points, BLANK)
+    if blank is None:
+        return [] if not points else ["No trajectory was rendered anew (setting `shifted_trajectories`)."]
+    looks = _grows(blank.joint_change_rad)
+    worse = {
+        what: [ALL_TITLES[point.pictures] for point in shifts if _grows(change(point))]
+        for what, change in (("joint", lambda p: p.joint_change_rad), ("gripper", lambda p: p.openness_change))
+    }
+    return [
+        "With one colour in place of its picture the policy does worse: it looks. How much of that is that such a picture is unlike "
+        "any that it has seen is not told apart."
+        if looks
+        else "That the policy does worse with one colour in place of its picture is not established: where it hardly looks, that a "
+        "change of the picture does no harm is no robustness.",
+        "".join(
+            f"The {what} error grows, beyond its interval, with: {', '.join(names)}. "
+            for what, names in worse.items()
+            if names
+        )
+        + ("Otherwise" if any(worse.values()) else "In no picture with one thing changed")
+        + " an error greater than in a look of training "
+        + ("is not established." if any(worse.values()) else "is established."),
+    ]
+
+
+def _grows(change: Mean | None) -> bool:
+    return change is not None and change.interval is not None and change.interval.low > 0
 
 
 def _changes(about: Mapping[str, Any]) -> str:
     return (
-        f"{', '.join(TITLES.values())}: a look of training is that of a training clip of the same garment, drawn at random for "
-        "each held-out trajectory. Other lighting replaces lamps and sky, another texture replaces the fabric by a made-up one and "
+        f"Looks: {', '.join(TITLES.values())}. A look of training is that of a training clip of the same garment, drawn at "
+        "random for each held-out trajectory; all others differ from it in one thing. Other lighting replaces lamps and sky, another texture replaces the fabric by a made-up one and "
         f"the table with it, the head camera is turned about the table's middle by {about['viewpoint_deg']:g}° of elevation. "
         "Wrist cameras, where there are any, do not move with it. What is new comes from the distribution that training looks "
         "come from. All these were rendered and encoded as the dataset was."
@@ -113,28 +131,35 @@ def _method(about: Mapping[str, Any]) -> list[str]:
         f"one, the last command held at the end, given the recorded picture and state, "
         f"{'in every frame' if every == 1 else f'every {every} frames'}. "
         "Standing still commands the arms to stay where they are. Intervals: 95 % bootstrap over trajectories, all appearances of a "
-        "trajectory averaged first; changes are paired by trajectory.",
+        "trajectory averaged first; changes are paired by trajectory. From fewer than about ten trajectories such intervals come out "
+        "too narrow.",
     ]
 
 
-def _shown(point: Point) -> dict[str, object]:
-    change = point.joint_change_rad
+def _joints(point: Point) -> dict[str, object]:
     return {
         "Pictures": ALL_TITLES[point.pictures],
-        "Trajectories (clips)": shown_count(point),
-        "Joint error (degrees)": _degrees(point.joint_rad),
-        "Standing still (degrees)": round(float(np.degrees(point.hold_joint_rad)), 3),
-        "Against a look of training (degrees)": _degrees(change, "+.3g") if change else "–",
-        "Openness error": _number(point.openness.value, point.openness.interval, ".3g"),
-        "Standing still (openness)": round(point.hold_openness, 3),
+        "Trajectories (clips)": f"{point.trajectory_count} ({point.clip_count})",
+        "Joint error (degrees)": _number(point.joint_rad, ".2f", np.degrees(1.0)),
+        "Against a look of training": _number(point.joint_change_rad, "+.2f", np.degrees(1.0)),
+        "Standing still (degrees)": f"{np.degrees(point.hold_joint_rad):.2f}",
     }
 
 
-def _degrees(mean: Mean, form: str = ".3g") -> str:
-    return _number(np.degrees(mean.value), mean.interval and np.degrees(mean.interval), form)
+def _grippers(point: Point) -> dict[str, object]:
+    return {
+        "Pictures": ALL_TITLES[point.pictures],
+        "Openness error (0 to 1)": _number(point.openness, ".3f"),
+        "Against a look of training": _number(point.openness_change, "+.3f"),
+        "Standing still": f"{point.hold_openness:.3f}",
+    }
 
 
-def _number(value: float, interval: Sequence[float] | None, form: str) -> str:
-    if interval is None:
-        return format(value, form)
-    return f"{value:{form}} ({interval[0]:{form}} to {interval[1]:{form}})"
+def _number(mean: Mean | None, form: str, factor: float = 1.0) -> str:
+    if mean is None:
+        return "–"
+    value = format(factor * mean.value, form)
+    if mean.interval is None:
+        return value
+    low, high = (format(factor * limit, form) for limit in mean.interval)
+    return f"{value} ({low} to {high})"

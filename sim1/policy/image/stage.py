@@ -16,7 +16,7 @@ class ImagePolicyConfig:
     policy: str = "act"  # name of a file in data/policies/
     size: Literal["tiny", "small", "full"] = "tiny"  # settings under `sizes` of that file
     test_share: float = Field(0.25, gt=0, lt=1)  # of each garment's trajectories, wanted for the test
-    steps: int = Field(80, gt=0)  # gradient steps
+    steps: int = Field(100, gt=0)  # gradient steps
     batch: int = Field(8, gt=0)  # frames per step
     chunk_s: float = Field(1.0, gt=0)  # commands predicted, and compared, at once
     device: Literal["auto", "cpu", "gpu"] = "auto"  # auto takes a GPU where there is one; gpu is not deterministic
