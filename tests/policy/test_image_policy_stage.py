@@ -101,6 +101,16 @@ def test_every_held_out_clip_and_every_look_is_measured(made):
     }  # fmt: skip
 
 
+def test_the_checkpoint_carries_the_normalisation_of_the_training_part(made, world):
+    parts = split_clips(world.inputs["dataset"][""], CONFIG.test_share, CONFIG.seed)
+    (kept,) = (made[0] / "policy").glob("policy_preprocessor_*normalizer*.safetensors")
+    statistics = load_file(kept)
+    assert not any("environment" in name for name in statistics)
+    for name, column in (("observation.state", "state"), ("action", "action")):
+        values = np.concatenate([getattr(clip.trajectory, column) for clip in parts.train])
+        np.testing.assert_allclose(statistics[f"{name}.mean"], values.mean(axis=0), atol=1e-6)
+
+
 def test_the_page_says_what_stands_in_for_reality_and_that_nothing_drove(made):
     page = (made[0] / "report.html").read_text()
     for words in ("scripted expert", "no robot was used", "Nothing here is a success rate", "A very small ACT"):
@@ -133,6 +143,7 @@ def test_a_run_that_was_killed_anywhere_ends_with_the_same_bytes(world, made, tm
     with listening(sink), pytest.raises(Killed):
         world.make(tmp_path / "out")
     before = world.painter.painted
+    (tmp_path / "out" / "frames").mkdir(exist_ok=True)  # killed before it was cleared away
     world.make(tmp_path / "out")
     assert world.painter.painted == before  # no picture is rendered twice
     assert contents(tmp_path / "out") == contents(made[0])

@@ -32,7 +32,7 @@ from sim1.progress import report, within
 from sim1.stage import Facts, Inputs, only
 
 SCHEMA = "sim1.image_policy_result/1"
-POLICY, VIEWS, TRAINING = "policy", "views", "training"  # folders
+POLICY, VIEWS, FRAMES, TRAINING = "policy", "views", "frames", "training"  # folders; the last two while at work
 RENDERED, TRAINED = 0.3, 0.9  # shares of the progress that are reached
 
 
@@ -111,6 +111,7 @@ def _views(inputs: Inputs, parts: Parts, out: Path, config: ImagePolicyConfig) -
             write_views(
                 inputs, chosen, parts.train, out, seed=config.seed, viewpoint_rad=math.radians(config.viewpoint_deg)
             )
+    shutil.rmtree(out / FRAMES, ignore_errors=True)  # also where a run was killed before it came to that
     return clips_of(out / VIEWS, chosen)
 
 

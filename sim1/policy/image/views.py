@@ -44,7 +44,8 @@ def write_views(
     """Render each trajectory in every look of `shifts.TITLES` and write `out/views`, in the format of stage `dataset`.
 
     `appearance` in its provenance is the place of the look in `TITLES`. Rate, size, samples and video codec are those of
-    the dataset, so that what differs is the look. Frames that an interrupted call left in `out/frames` are kept.
+    the dataset, so that what differs is the look. Frames are rendered into `out/frames`; those that an interrupted call
+    left there are not rendered again.
 
     Args:
         inputs: with `dataset`, `rendered_episodes`, `garment_mesh` and `scene`.
@@ -72,7 +73,6 @@ def write_views(
     with within(RENDERING_SHARE, 1.0):
         write_dataset(clips, part, _written_like(dataset), name=NAME, physics=dict.fromkeys(garments))
     part.rename(out / "views")
-    shutil.rmtree(frames)
 
 
 def _render(
