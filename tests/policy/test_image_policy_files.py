@@ -8,6 +8,7 @@ from painted_world import POLICIES
 
 import sim1.policy.image.needs as needs
 from sim1.policy.image.build import new_policy, policy_config
+from sim1.policy.image.frames import looks_back
 from sim1.policy.image.policy_file import SCHEMA, find_policy
 from sim1.policy.image.stage import check_source_policies
 from sim1.stage import BadInput
@@ -42,6 +43,11 @@ def test_lerobot_takes_every_shipped_policy_at_every_size_and_it_sees_no_keypoin
     config = config_of(*find_policy(POLICIES, name), size)
     assert set(config.input_features) == {"observation.state", "observation.images.head"}
     assert set(range(5)) <= set(config.action_delta_indices)  # at least the chunk that was asked for
+
+
+@pytest.mark.parametrize(("name", "past"), [("act", False), ("diffusion", True)])
+def test_which_policies_look_back(name, past):
+    assert looks_back(config_of(*find_policy(POLICIES, name))) is past
 
 
 def test_the_shipped_files_are_checked_before_any_work(tmp_path):

@@ -165,6 +165,19 @@ def test_without_changed_pictures_the_dataset_alone_is_tested(world, tmp_path):
     assert pd.read_parquet(tmp_path / "out" / "open_loop.parquet")["frame_count"].tolist() == [3, 3]  # of 9
 
 
+@pytest.mark.parametrize(("every", "rendered"), [(1, 9), (5, 2), (4, 5), (3, 9)])
+def test_only_frames_that_are_tried_are_rendered_and_tried_on_the_same_motion(world, tmp_path, every, rendered):
+    before = world.painter.painted
+    world.make(tmp_path / "out", replace(CONFIG, evaluate_every=every, steps=1))
+    assert world.painter.painted - before == rendered * len(
+        TITLES
+    )  # 9 frames at 10 Hz, every gcd(every, 10)-th of them
+    errors = pd.read_parquet(tmp_path / "out" / "open_loop.parquet")
+    assert set(errors["frame_count"]) == {len(range(0, 9, every))}
+    assert errors["hold_joint_error_rad"].nunique() == 1
+    assert failed(check_image_policy(tmp_path / "out")) == []
+
+
 def test_a_policy_that_cannot_be_trained_here_fails_before_anything_is_rendered(world, tmp_path):
     before = world.painter.painted
     with pytest.raises(BadInput, match=r"no policy 'act'; there are mite"):
@@ -245,7 +258,7 @@ class Parrot(torch.nn.Module):
 def parrot(world):
     features = dict.fromkeys(("observation.images.head", "observation.state"))
     config = SimpleNamespace(
-        input_features=features, observation_delta_indices=None, action_delta_indices=[0], reward_delta_indices=None
+        input_features=features, observation_delta_indices=None, action_delta_indices=[0, 1], reward_delta_indices=None
     )
     return Trained(policy=Parrot(config), prepare=lambda batch: batch, restore=lambda chunk: chunk)
 
@@ -263,7 +276,7 @@ def test_a_policy_that_stands_still_has_the_error_of_standing_still(world, parro
         assert row["joint_error_rad"] == pytest.approx(row["hold_joint_error_rad"], abs=1e-6) != 0
         assert row["openness_error"] == pytest.approx(row["hold_openness_error"], abs=1e-6)
     names = {name for batch in parrot.policy.seen for name in batch}
-    assert "observation.environment_state" not in names
+    assert names == {"observation.images.head", "observation.state", "task"}  # no keypoints, no answers
 
 
 def test_without_pictures_a_policy_sees_one_colour_and_all_else(world, parrot):

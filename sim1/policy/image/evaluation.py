@@ -31,6 +31,7 @@ def errors_of(
     *,
     chunk_frames: int,
     every: int,
+    stride: int = 1,
     batch: int,
     workers: int,
     seed: int,
@@ -43,7 +44,8 @@ def errors_of(
         dataset: folder with `lerobot/`.
         clips: what the pictures show -> episodes of that dataset.
         chunk_frames: compared commands per frame, the recorded ones being held at the end as the state policy's are.
-        every: only every so many frames of a clip are tried, the first included.
+        every: only every so many frames of a trajectory are tried, the first included.
+        stride: frames of a trajectory for one of its clips; divides `every`.
         batch: frames at once.
         workers: processes that decode videos.
         seed: of policies that answer by chance.
@@ -52,8 +54,8 @@ def errors_of(
     named = [(name, clip) for name, own in clips.items() for clip in own]
     if not named:
         return []
-    frames = open_frames(dataset, [clip.episode_index for _, clip in named], trained.policy.config)
-    wanted = [_places(frames, clip, every) for _, clip in named]
+    frames = open_frames(dataset, [clip.episode_index for _, clip in named], trained.policy.config, commands=False)
+    wanted = [_places(frames, clip, every // stride) for _, clip in named]
     chosen = torch.utils.data.Subset(frames, [place for places in wanted for place in places])
     said = []
     with one_thread(), seeded_context(seed), torch.no_grad():
@@ -61,7 +63,7 @@ def errors_of(
         for done, read in enumerate(batches):
             report(done, len(batches), "frames of held-out trajectories")
             trained.policy.reset()
-            seen = see(seen_by(trained.policy.config, read))
+            seen = see(seen_by(trained.policy.config, read, commands=False))
             chunk = trained.policy.predict_action_chunk(trained.prepare(seen))
             said.append(trained.restore(chunk)[:, :chunk_frames].float().numpy())
     parts = np.split(np.concatenate(said), np.cumsum([len(places) for places in wanted])[:-1])

@@ -18,7 +18,7 @@ from sim1.policy.episodes import read_rate_hz
 from sim1.policy.image.build import Trained, load, policy_config, save
 from sim1.policy.image.clips import Clip, Parts, clips_of, split_clips
 from sim1.policy.image.evaluation import ERROR_COLUMNS, errors_of, without_pictures
-from sim1.policy.image.frames import read_features, training_statistics
+from sim1.policy.image.frames import looks_back, read_features, training_statistics
 from sim1.policy.image.measures import BLANK, DATASET, Point, measure, of_pictures
 from sim1.policy.image.needs import choose_device, weights_folder
 from sim1.policy.image.page import write_page
@@ -49,7 +49,9 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
     settings = policy_config(path, file, config.size, features=features, chunk_frames=chunk_frames, device=device)
     parts = split_clips(dataset, config.test_share, config.seed)
 
-    shown = _views(inputs, parts, out, config)
+    # A policy that does not look back needs no frames between those that it is tried on.
+    stride = 1 if looks_back(settings) else math.gcd(config.evaluate_every, rate_hz)
+    shown = _views(inputs, parts, out, stride, config)
     episodes = [clip.episode_index for clip in parts.train]
     statistics = training_statistics(dataset, episodes)
     plan = TrainingPlan(
@@ -67,7 +69,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
 
     colors = {name: statistics[name]["mean"] for name in settings.image_features}
     with within(TRAINED, 1.0):
-        errors = _errors(out, dataset, trained, parts.held_out, shown, colors, chunk_frames, config)
+        errors = _errors(out, dataset, trained, parts.held_out, shown, stride, colors, chunk_frames, config)
     points = measure(errors, config.seed)
     about = {
         "schema": SCHEMA,
@@ -101,16 +103,15 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
     return _facts(about, points)
 
 
-def _views(inputs: Inputs, parts: Parts, out: Path, config: ImagePolicyConfig) -> list[Clip]:
+def _views(inputs: Inputs, parts: Parts, out: Path, stride: int, config: ImagePolicyConfig) -> list[Clip]:
     """Clips of the held-out trajectories in changed looks, rendered unless an interrupted run has done so."""
     chosen = choose_trajectories(parts.held_out, config.shifted_trajectories, config.shifted_first)
     if not chosen:
         return []
     if not (out / VIEWS).exists():
         with within(0.0, RENDERED):
-            write_views(
-                inputs, chosen, parts.train, out, seed=config.seed, viewpoint_rad=math.radians(config.viewpoint_deg)
-            )
+            turn_rad = math.radians(config.viewpoint_deg)
+            write_views(inputs, chosen, parts.train, out, seed=config.seed, viewpoint_rad=turn_rad, stride=stride)
     shutil.rmtree(out / FRAMES, ignore_errors=True)  # also where a run was killed before it came to that
     return clips_of(out / VIEWS, chosen)
 
@@ -132,6 +133,7 @@ def _errors(
     trained: Trained,
     held_out: Sequence[Clip],
     shown: Sequence[Clip],
+    stride: int,
     colors: dict[str, np.ndarray],
     chunk_frames: int,
     config: ImagePolicyConfig,
@@ -148,9 +150,10 @@ def _errors(
     with within(0.0, 0.5):
         rows = errors_of(trained, dataset, {DATASET: held_out}, **how)
     with within(0.5, 0.9):
-        rows += errors_of(trained, out / VIEWS, looks, **how)
+        rows += errors_of(trained, out / VIEWS, looks, stride=stride, **how)
     with within(0.9, 1.0):
-        rows += errors_of(trained, out / VIEWS, {BLANK: looks[IN_DOMAIN]}, see=without_pictures(colors), **how)
+        blank = {BLANK: looks[IN_DOMAIN]}
+        rows += errors_of(trained, out / VIEWS, blank, stride=stride, see=without_pictures(colors), **how)
     report(1.0, 1.0, "errors measured")
     table = pd.DataFrame(rows, columns=list(ERROR_COLUMNS))
     table.to_parquet(out / "open_loop.parquet", index=False)

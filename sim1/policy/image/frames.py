@@ -35,18 +35,30 @@ def read_features(dataset: Path) -> dict[str, PolicyFeature]:
         raise BadInput(f"{dataset}/lerobot/meta: not readable ({error}); make the dataset again") from error
 
 
-def open_frames(dataset: Path, episodes: Sequence[int], config: PreTrainedConfig) -> LeRobotDataset:
-    """The frames of some episodes with as many commands, and as much of the past, as the policy asks for."""
+def open_frames(
+    dataset: Path, episodes: Sequence[int], config: PreTrainedConfig, *, commands: bool = True
+) -> LeRobotDataset:
+    """The frames of some episodes with as much of the past as the policy asks for and, if wanted, the commands to come."""
     root = dataset / "lerobot"
     with quiet_libraries():
-        steps = resolve_delta_timestamps(config, LeRobotDatasetMetadata(NAME, root))
-        return LeRobotDataset(NAME, root=root, episodes=sorted(episodes), delta_timestamps=steps, video_backend="pyav")
+        steps = resolve_delta_timestamps(config, LeRobotDatasetMetadata(NAME, root)) or {}
+        if not commands:
+            steps = {name: times for name, times in steps.items() if name != ACTION}
+        return LeRobotDataset(
+            NAME, root=root, episodes=sorted(episodes), delta_timestamps=steps or None, video_backend="pyav"
+        )
 
 
-def seen_by(config: PreTrainedConfig, batch: Mapping[str, Any]) -> Batch:
-    """The part of a batch that a policy may see: its own inputs, the commands, the task. Nothing privileged passes."""
-    known = {*config.input_features, ACTION, f"{ACTION}_is_pad", "task"}
-    known |= {f"{name}_is_pad" for name in config.input_features}
+def looks_back(config: PreTrainedConfig) -> bool:
+    """Does the policy see frames before the current one?"""
+    return any(step != 0 for step in config.observation_delta_indices or ())
+
+
+def seen_by(config: PreTrainedConfig, batch: Mapping[str, Any], *, commands: bool = True) -> Batch:
+    """The part of a batch that a policy may see: its own inputs, the task, commands to learn. Nothing privileged passes."""
+    known = {*config.input_features, "task", *(f"{name}_is_pad" for name in config.input_features)}
+    if commands:
+        known |= {ACTION, f"{ACTION}_is_pad"}
     return {name: value for name, value in batch.items() if name in known}
 
 

@@ -52,7 +52,7 @@ def draw_errors(points: Sequence[Point]) -> Figure:
 
 def draw_looks(views: Path, clips: Sequence[Clip], config: PreTrainedConfig) -> Figure:
     """A frame of each trajectory in every look, as the policy gets it, taken from the videos."""
-    frames = open_frames(views, [clip.episode_index for clip in clips], config)
+    frames = open_frames(views, [clip.episode_index for clip in clips], config, commands=False)
     camera = min(frames.meta.camera_keys)
     shown = list(dict.fromkeys((clip.trajectory.garment, clip.trajectory.name) for clip in clips))[:ROWS]
     figure = Figure(figsize=(1.9 * len(TITLES), 0.55 + 1.55 * len(shown)), layout="constrained")

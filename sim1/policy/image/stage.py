@@ -22,7 +22,9 @@ class ImagePolicyConfig:
     device: Literal["auto", "cpu", "gpu"] = "auto"  # auto takes a GPU where there is one; gpu is not deterministic
     workers: int = Field(0, ge=0)  # processes that decode videos; 0 decodes between the steps
     checkpoint_s: float = Field(60.0, ge=0)  # a killed training loses at most that much
-    evaluate_every: int = Field(1, ge=1)  # only every so many frames of a held-out trajectory are tried
+    evaluate_every: int = Field(
+        1, ge=1
+    )  # only every so many frames of a held-out trajectory are tried, and rendered anew
     shifted_trajectories: int = Field(1, ge=0)  # held-out ones rendered anew with one thing changed, garments in turn
     shifted_first: tuple[str, ...] = ("towel",)  # preferred for it, where the dataset has them; then by name
     viewpoint_deg: float = Field(5.0, ge=0, le=30)  # change of the head camera's elevation (paper, section 4.1)

@@ -39,12 +39,19 @@ def choose_trajectories(held_out: Sequence[Clip], count: int, first: Sequence[st
 
 
 def write_views(
-    inputs: Inputs, chosen: Sequence[Trajectory], train: Sequence[Clip], out: Path, *, seed: int, viewpoint_rad: float
+    inputs: Inputs,
+    chosen: Sequence[Trajectory],
+    train: Sequence[Clip],
+    out: Path,
+    *,
+    seed: int,
+    viewpoint_rad: float,
+    stride: int = 1,
 ) -> None:
     """Render each trajectory in every look of `shifts.TITLES` and write `out/views`, in the format of stage `dataset`.
 
-    `appearance` in its provenance is the place of the look in `TITLES`. Rate, size, samples and video codec are those of
-    the dataset, so that what differs is the look. Frames are rendered into `out/frames`; those that an interrupted call
+    `appearance` in its provenance is the place of the look in `TITLES`. Size, samples and video codec are those of the
+    dataset, so that what differs is the look. Frames are rendered into `out/frames`; those that an interrupted call
     left there are not rendered again.
 
     Args:
@@ -54,6 +61,7 @@ def write_views(
         out: the artifact's folder.
         seed: of the choice among these looks, and of the new ones.
         viewpoint_rad: see `shifted_looks`.
+        stride: only every so many frames of the dataset are rendered; divides its rate.
 
     Raises:
         BadInput: an input is missing or damaged.
@@ -65,7 +73,7 @@ def write_views(
     for place, garment in enumerate(garments):
         names = [item.name for item in chosen if item.garment == garment]
         with within(RENDERING_SHARE * place / len(garments), RENDERING_SHARE * (place + 1) / len(garments)):
-            _render(inputs, garment, names, train, frames / garment, seed, viewpoint_rad)
+            _render(inputs, garment, names, train, frames / garment, seed, viewpoint_rad, stride)
         clips += read_clips(frames / garment, garment)
     part = out / "views.part"
     shutil.rmtree(part, ignore_errors=True)
@@ -83,6 +91,7 @@ def _render(
     out: Path,
     seed: int,
     viewpoint_rad: float,
+    stride: int,
 ) -> None:
     for stage in ("rendered_episodes", "garment_mesh", "scene"):
         if garment not in inputs.get(stage, {}):
@@ -106,7 +115,7 @@ def _render(
             garment=garment,
             out=out,
             folder=Path(folder),
-            config=_rendered_like(trained[0], seed),
+            config=_rendered_like(trained[0], seed, stride),
             looks=looks,
         )
         if job.frame_count:
@@ -121,12 +130,12 @@ def _about(rendered: Path, trajectory: str, appearance: int) -> dict[str, Any]:
         raise BadInput(f"{path}: not readable ({error}); make rendered_episodes again") from error
 
 
-def _rendered_like(about: dict[str, Any], seed: int) -> RenderConfig:
+def _rendered_like(about: dict[str, Any], seed: int, stride: int) -> RenderConfig:
     sizes = {(camera["width"], camera["height"]) for camera in about["cameras"].values()}
     width, height = sizes.pop()  # one size for all cameras: `RenderConfig` has no other
     return RenderConfig(
         seed=seed,
-        rate_hz=about["rate_hz"],
+        rate_hz=about["rate_hz"] // stride,
         samples=about["samples"],
         denoise=about["denoise"],
         cameras=tuple(about["cameras"]),
