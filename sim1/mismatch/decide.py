@@ -98,7 +98,7 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     before = mean_square(null.fit)
     if gain_of(pool, best, thresholds) < thresholds.named:
         return _unchanged("none" if before < thresholds.misfit else "unknown", null, before)
-    pool = [model for model in pool if established(model.fit, thresholds.level)]
+    pool = [model for model in pool if established(model.fit, thresholds.significance)]
     best = _leader(pool, thresholds, measured)
     if gain_of(pool, best, thresholds) < thresholds.named:  # something gains, and nothing that is there beyond doubt
         return _unchanged("unknown", null, before)

@@ -36,7 +36,7 @@ class Misfit(Strict):
 
 
 class Prices(Strict):
-    """What a name has to gain in nats, and to explain."""
+    """What a name has to gain in nats, to explain and to foretell."""
 
     per_term: float
     named: float
@@ -45,7 +45,10 @@ class Prices(Strict):
     second_share: float  # also in units of the first's gain
     explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`
     left: float
-    heldout: float  # of the baseline's error on held-out motion that a named model may have
+    significance: float  # of the test that an effect's strength is not nothing
+    heldout: float  # of the baseline's error on held-out motion that a named model may have,
+    heldout_strong: float  # or this where it gains
+    strong: float  # times what a name has to
 
 
 class Summary(Strict):

@@ -35,17 +35,16 @@ class Thresholds:
 
     named: float  # that an effect must gain over the baseline
     second: float  # that another must gain over the first
-    second_share: float = (
-        0.12  # and in units of the first's gain, as another formula or mesh leaves that much unexplained, ...
-    )
+    # ... and in units of the first's gain, as another formula or mesh leaves that much unexplained, unless what the first leaves is an
+    # excess of which the second explains as much as a name must of the baseline's
+    second_share: float = 0.12
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     misfit: float = 1.35  # mean squared residual, in units of its variance, from which something is taken to be missing
-    # ... unless what the first leaves is an excess of which the second explains so much, as a name must of the baseline's
     explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
     left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
-    level: float = 0.01  # of the test that a named effect's strength is not nothing
+    significance: float = 0.01  # of the test that a named effect's strength is not nothing
     heldout: float = 1.02  # of the baseline's error on held-out motion that a named model may have, ...
     # ... or so much where it gains so many times what a name needs: one recording foretold freely can go either way by that
     heldout_strong: float = 1.1

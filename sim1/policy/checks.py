@@ -95,7 +95,8 @@ def check_curve(artifact: Path) -> list[Finding]:
     outside = [
         error["joint_error_rad"]
         for error in errors
-        if not error["interval_rad"][0] - 1e-12 <= error["joint_error_rad"] <= error["interval_rad"][1] + 1e-12
+        if error["interval_rad"]
+        and not error["interval_rad"][0] - 1e-12 <= error["joint_error_rad"] <= error["interval_rad"][1] + 1e-12
     ]
     findings.append(
         Finding(name="intervals_hold_their_values", passed=not outside, detail=f"errors outside: {outside or 'none'}")

@@ -62,7 +62,7 @@ def by_error(errors: pd.DataFrame, seed: int) -> Worth | str:
     def measure(pick: np.ndarray) -> tuple[float, float]:
         level = float(table[REAL][real].to_numpy()[pick].mean())
         slope, offset = np.polyfit(np.log(sizes), np.log(table[GENERATED].to_numpy()[pick].mean(axis=0)), 1)
-        return level, _crossing(np.log(level), slope, offset, rises=False)
+        return level, _crossing(np.log(level), slope, offset, sizes.min(), rises=False)
 
     return _worth(figure, real, sizes, measure, len(table), random_stream(seed, "worth", "error"))
 
@@ -87,7 +87,7 @@ def by_success(trials: pd.DataFrame, shift: str, seed: int) -> Worth | str:
         won, of = wins[pick].sum(axis=0), tries[pick].sum(axis=0)
         slope, offset = _logistic(np.log(sizes), won, of)
         share = np.clip(level, 1e-3, 1 - 1e-3)
-        return level, _crossing(float(np.log(share / (1 - share))), slope, offset, rises=True)
+        return level, _crossing(float(np.log(share / (1 - share))), slope, offset, sizes.min(), rises=True)
 
     return _worth(figure, real, sizes, measure, len(counts), random_stream(seed, "worth", shift))
 
@@ -101,15 +101,22 @@ def _missing(rows: pd.DataFrame) -> str | None:
     return None
 
 
-def _crossing(level: float, slope: float, offset: float, *, rises: bool) -> float:
-    """Size at which a line over the logarithm of size is at a level; infinite where more does not help."""
+def _crossing(level: float, slope: float, offset: float, smallest: float, *, rises: bool) -> float:
+    """Size at which a line over the logarithm of size comes to a level.
+
+    Where more does not help, it is there from the smallest size on (0) or never (infinite).
+    """
     if slope == 0 or (slope > 0) != rises:
-        return np.inf
+        there = offset + slope * np.log(smallest)
+        return 0.0 if (there >= level) == rises else np.inf
     return float(np.exp(np.clip((level - offset) / slope, -50, 50)))
 
 
 def _logistic(x: np.ndarray, wins: np.ndarray, of: np.ndarray) -> tuple[float, float]:
-    """Slope and offset of log odds over x; one trial of each outcome is added at every size, so that all-or-nothing stays finite."""
+    """Slope and offset of log odds over x; half a trial of each outcome is added at every size, so that all-or-nothing stays finite.
+
+    Source of the half: Haldane 1956, Anscombe 1956.
+    """
     wins, losses = wins + 0.5, of - wins + 0.5
     model = LogisticRegression(C=np.inf)
     model.fit(

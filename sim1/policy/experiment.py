@@ -18,8 +18,8 @@ from sim1.policy.rollout import Driving
 from sim1.policy.stage import PolicyConfig
 from sim1.policy.training import TrainingPlan, open_loop_error, train
 from sim1.policy.trial_crew import Plan, run_trials
-from sim1.policy.trials import TRIAL_COLUMNS, Rules
-from sim1.progress import report
+from sim1.policy.trials import TRIAL_COLUMNS, TrialSettings
+from sim1.progress import report, within
 from sim1.stage import Facts, Inputs, only
 
 OPEN_LOOP_COLUMNS = (
@@ -45,7 +45,8 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         width=config.width,
         depth=config.depth,
     )
-    models = _train_all(lessons, garments, config.seeds, plan)
+    with within(0.0, TRAINING_SHARE):
+        models = _train_all(lessons, garments, config.seeds, plan)
     (out / "policies").mkdir(exist_ok=True)  # a killed run's are written again, with the same bytes
     for key, model in models.items():
         save_policy(out / "policies" / key.file, model)
@@ -63,10 +64,11 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         keys=tuple(key for lesson in lessons for key in trial_models(lesson, config)),
         garments=tuple(driven),
         keypoints={name: read_keypoints(dataset, name) for name in driven},
-        rules=Rules(driving=driving, duration_s=duration_s, config=config),
+        settings=TrialSettings(driving=driving, duration_s=duration_s, config=config),
     )
-    rows, strips = run_trials(trials, out / "trials", config.processes, _rest_of_progress)
-    report(1.0, 1.0, "trials done")
+    with within(TRAINING_SHARE, 1.0):
+        rows, strips = run_trials(trials, out / "trials", config.processes)
+        report(1.0, 1.0, "trials done")
 
     pd.DataFrame(errors, columns=list(OPEN_LOOP_COLUMNS)).to_parquet(out / "open_loop.parquet", index=False)
     pd.DataFrame(rows, columns=list(TRIAL_COLUMNS)).to_parquet(out / "evaluation.parquet", index=False)
@@ -134,7 +136,7 @@ def _train_all(
     models = {}
     for done, (lesson, size, seed) in enumerate(tasks):
         what = f"training on {size} {lesson.kind} trajectories, seed {seed}"
-        report(TRAINING_SHARE * done / len(tasks), 1.0, what)
+        report(done, len(tasks), what)
         models[ModelKey(lesson.kind, size, seed)] = train(lesson.order[:size], garments, plan, seed)
     return models
 
@@ -171,10 +173,6 @@ def _told(lesson: Lesson, config: PolicyConfig) -> dict[str, object]:
             str(size): [f"{item.garment}/{item.name}" for item in lesson.order[:size]] for size in lesson.sizes
         },
     }
-
-
-def _rest_of_progress(share: float, what: str) -> None:
-    report(TRAINING_SHARE + (1 - TRAINING_SHARE) * share, 1.0, what)
 
 
 def _mean(values: Sequence[float]) -> float | None:

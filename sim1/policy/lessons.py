@@ -10,7 +10,7 @@ import numpy as np
 
 from sim1.episode import RATE_HZ, episode_folders, read_episode
 from sim1.policy.episodes import Trajectory, read_keypoints, read_rate_hz, read_trajectories
-from sim1.policy.split import GarmentSplit, nested_order, split_garment, usable_sizes
+from sim1.policy.split import GarmentSplit, nested_order, split_by_garment, usable_sizes
 from sim1.policy.stage import PolicyConfig
 from sim1.stage import BadInput, random_stream
 
@@ -70,16 +70,9 @@ def none_because(demos: Mapping[str, Path]) -> str:
 
 
 def _lesson(kind: str, items: Sequence[Trajectory], sizes: Sequence[int], config: PolicyConfig) -> Lesson:
-    splits = {
-        name: split_garment(
-            [item for item in items if item.garment == name],
-            config.test_share,
-            random_stream(config.seed, "split", *_of(kind), name),
-        )
-        for name in sorted({item.garment for item in items})
-    }
+    splits = split_by_garment(items, config.test_share, config.seed)
     train = [item for split in splits.values() for item in split.train]
-    order = nested_order(train, random_stream(config.seed, "order", *_of(kind)))
+    order = nested_order(train, random_stream(config.seed, "order"))
     return Lesson(
         kind=kind,
         order=order,
@@ -87,12 +80,6 @@ def _lesson(kind: str, items: Sequence[Trajectory], sizes: Sequence[int], config
         held_out=[item for split in splits.values() for item in split.test],
         splits=splits,
     )
-
-
-def _of(kind: str) -> tuple[str, ...]:
-    return (
-        () if kind == GENERATED else (kind,)
-    )  # streams of generated trajectories are those of before there were others
 
 
 def _demonstrations(folder: Path, garment: str, keypoints: np.ndarray, stride: int) -> list[Trajectory]:

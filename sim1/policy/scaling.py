@@ -20,7 +20,7 @@ class Error:
     tested_on: str
     count: int  # errors measured: models x held-out trajectories
     joint_error_rad: float
-    interval_rad: Interval  # bootstrap over trajectories
+    interval_rad: Interval | None  # bootstrap over trajectories; None: there is one
     hold_joint_error_rad: float  # of standing still, on the same trajectories
 
 
@@ -54,7 +54,7 @@ class PowerLaw:
     size_count: int
     scale_rad: float
     exponent: float
-    exponent_interval: Interval  # bootstrap over held-out trajectories
+    exponent_interval: Interval | None  # bootstrap over held-out trajectories; None: there is one
     r_squared: float
 
     def at(self, size: np.ndarray) -> np.ndarray:
@@ -92,7 +92,7 @@ def _error(errors: pd.DataFrame, tested_on: str, seed: int) -> Error:
         tested_on=tested_on,
         count=len(errors),
         joint_error_rad=float(values.mean()),
-        interval_rad=bootstrap_mean_interval(values, random_stream(seed, "scaling", size)),
+        interval_rad=bootstrap_mean_interval(values, random_stream(seed, "scaling", size)) if len(values) > 1 else None,
         hold_joint_error_rad=float(errors["hold_joint_error_rad"].mean()),
     )
 
@@ -131,7 +131,7 @@ def fit_power_law(open_loop: pd.DataFrame, seed: int, resample_count: int = 500)
         size_count=len(sizes),
         scale_rad=float(np.exp(offset)),
         exponent=float(-slope),
-        exponent_interval=Interval(float(low), float(high)),
+        exponent_interval=Interval(float(low), float(high)) if table.shape[1] > 1 else None,
         r_squared=float(1 - (left**2).sum() / spread) if spread > 0 else 1.0,
     )
 

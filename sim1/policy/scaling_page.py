@@ -103,16 +103,20 @@ def _laws(fits: Sequence[PowerLaw]) -> list[str]:
         return ["No curve was fitted: that needs three sizes and something held out."]
     words = []
     for fit in fits:
-        low, high = fit.exponent_interval
         told = (
             f"Trained on {NAMES[fit.trained_on]}, tested on held-out {NAMES[fit.tested_on]}: error of the joint commands against the "
-            f"number n of trajectories {np.degrees(fit.scale_rad):.3g}° n^(−b) with b = {fit.exponent:.2f} (95 % bootstrap "
-            f"interval {low:.2f} to {high:.2f}), R² = {fit.r_squared:.2f}, through {fit.size_count} sizes."
+            f"number n of trajectories {np.degrees(fit.scale_rad):.3g}° n^(−b) with b = {fit.exponent:.2f} ({_of(fit)}), "
+            f"R² = {fit.r_squared:.2f}, through {fit.size_count} sizes."
         )
-        words.append(
-            told if low > 0 else f"{told} The interval holds zero: an improvement with size is not established."
-        )
+        known = fit.exponent_interval is not None and fit.exponent_interval.low > 0
+        words.append(told if known else f"{told} An improvement with size is not established.")
     return words
+
+
+def _of(fit: PowerLaw) -> str:
+    if fit.exponent_interval is None:
+        return "one held-out trajectory: no interval"
+    return "95 % bootstrap interval {:.2f} to {:.2f}".format(*fit.exponent_interval)
 
 
 def _shown(point: Point) -> dict[str, object]:
@@ -122,9 +126,9 @@ def _shown(point: Point) -> dict[str, object]:
         "Seeds": point.seed_count,
     }
     for error in point.errors:
-        low, high = np.degrees(error.interval_rad)
+        interval = "({:.3g} to {:.3g}), ".format(*np.degrees(error.interval_rad)) if error.interval_rad else ""
         row[f"Error on held-out {error.tested_on} (degrees)"] = (
-            f"{np.degrees(error.joint_error_rad):.3g} ({low:.3g} to {high:.3g}), n = {error.count}; "
+            f"{np.degrees(error.joint_error_rad):.3g} {interval}n = {error.count}; "
             f"standing still {np.degrees(error.hold_joint_error_rad):.3g}"
         )
     for tried in point.trials:

@@ -72,7 +72,7 @@ def _bars(axes: Axes, trained: str, rows: list[tuple[float, float, float, float]
 
 def _degrees(shown: list[tuple[int, Error]]) -> Iterator[tuple[float, float, float, float]]:
     for size, error in shown:
-        yield size, *np.degrees([error.joint_error_rad, *error.interval_rad])
+        yield size, *np.degrees([error.joint_error_rad, *(error.interval_rad or (error.joint_error_rad,) * 2)])
 
 
 def _percent(tried: Tried) -> tuple[float, float, float]:

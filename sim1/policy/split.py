@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from sim1.policy.episodes import Trajectory
+from sim1.stage import random_stream
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +58,13 @@ def split_garment(trajectories: Sequence[Trajectory], test_share: float, rng: np
         kind="trajectory",
         held_out_source=None,
     )
+
+
+def split_by_garment(trajectories: Sequence[Trajectory], test_share: float, seed: int) -> dict[str, GarmentSplit]:
+    """Each garment's split, names sorted: the same seed and share hold out the same, whichever stage asks."""
+    names = sorted({item.garment for item in trajectories})
+    own = {name: [item for item in trajectories if item.garment == name] for name in names}
+    return {name: split_garment(own[name], test_share, random_stream(seed, "split", name)) for name in names}
 
 
 def nested_order(trajectories: Sequence[Trajectory], rng: np.random.Generator) -> list[Trajectory]:

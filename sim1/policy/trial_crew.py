@@ -2,7 +2,7 @@
 
 import functools
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,8 @@ import torch
 from sim1.crew import finished, labour_together
 from sim1.policy.lessons import ModelKey
 from sim1.policy.model import ChunkPolicy, load_policy
-from sim1.policy.trials import Bench, FilmStrip, Rules, Trial, open_bench, run_trial
+from sim1.policy.trials import Bench, FilmStrip, Trial, TrialSettings, open_bench, run_trial
+from sim1.progress import report
 from sim1.quota import Quota, Row, Ticket
 from sim1.stage import Inputs
 
@@ -27,12 +28,12 @@ class Plan:
     keys: tuple[ModelKey, ...]  # who drives
     garments: tuple[str, ...]
     keypoints: Mapping[str, np.ndarray]  # by garment
-    rules: Rules
+    settings: TrialSettings
 
     @property
     def trials(self) -> list[Trial]:
         """In the order of the table."""
-        config = self.rules.config
+        config = self.settings.config
         return [
             Trial(model=key, garment=garment, shift=shift, number=number)
             for garment in self.garments
@@ -59,22 +60,20 @@ class Driver:
 
     def make(self, ticket: Ticket, folder: Path) -> Row:
         """Drive; the row, and the pictures of a model's first trial in `folder`."""
-        trial, config = self._trials[ticket.name], self.plan.rules.config
+        trial, config = self._trials[ticket.name], self.plan.settings.config
         place = trial.garment, trial.friction_factor(config)
         if place not in self._benches:
             self._benches[place] = open_bench(self.plan.inputs, trial.garment, config.trials_in, place[1])
         if trial.model not in self._models:
             self._models[trial.model] = load_policy(self.plan.models / trial.model.file)
         model, keypoints = self._models[trial.model], self.plan.keypoints[trial.garment]
-        row, strip = run_trial(self._benches[place], trial, model, keypoints, self.plan.rules)
+        row, strip = run_trial(self._benches[place], trial, model, keypoints, self.plan.settings)
         if trial.number == 0:
             np.savez(folder / "strip.npz", title=strip.title, times_s=strip.times_s, pictures=np.stack(strip.pictures))
         return {**row, "ran": True}
 
 
-def run_trials(
-    plan: Plan, root: Path, processes: int, tell: Callable[[float, str], None]
-) -> tuple[list[dict[str, Any]], list[FilmStrip]]:
+def run_trials(plan: Plan, root: Path, processes: int) -> tuple[list[dict[str, Any]], list[FilmStrip]]:
     """Rows and first film strips of all trials, in their order; `root` keeps what is made until they are.
 
     Raises:
@@ -85,10 +84,10 @@ def run_trials(
     if not trials:
         return [], []
     root.mkdir(exist_ok=True)
-    quotas = _quotas(trials, plan.rules.config.trial_count)
+    quotas = _quotas(trials, plan.settings.config.trial_count)
 
     def count(rows: dict[str, Row]) -> None:
-        tell(len(rows) / len(trials), f"{len(rows)} of {len(trials)} trials")
+        report(len(rows), len(trials), f"{len(rows)} of {len(trials)} trials")
 
     labour_together(root, quotas, functools.partial(Driver.of, plan), processes or os.cpu_count() or 1, count)
     rows = {_name(row): {key: value for key, value in row.items() if key != "ran"} for row in finished(root)}

@@ -82,7 +82,7 @@ class Trial:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rules:
+class TrialSettings:
     """What all trials share."""
 
     driving: Driving
@@ -91,19 +91,19 @@ class Rules:
 
 
 def run_trial(
-    bench: Bench, trial: Trial, model: ChunkPolicy, keypoints: np.ndarray, rules: Rules
+    bench: Bench, trial: Trial, model: ChunkPolicy, keypoints: np.ndarray, settings: TrialSettings
 ) -> tuple[dict[str, Any], FilmStrip]:
     """The trial's row (`TRIAL_COLUMNS`) and its pictures; every model meets the same placements."""
-    config, centre = rules.config, bench.start.garment_m.mean(axis=0)
+    config, centre = settings.config, bench.start.garment_m.mean(axis=0)
     spatial = trial.shift == "spatial"
     radius_m, turn_rad = (config.shift_m, config.turn_rad) if spatial else (config.laid_m, 0.0)
     stream = random_stream(config.seed, "trial", trial.garment, trial.number)
     placement = random_placement(stream, radius_m, turn_rad, centre)
     moved = bench.start.garment_m @ placement[:3, :3].T + placement[:3, 3]
     start = Start(garment_m=moved, joints_rad=bench.start.joints_rad, openness=bench.start.openness)
-    duration_s, history = rules.duration_s, moved[None]
+    duration_s, history = settings.duration_s, moved[None]
     try:
-        history = roll_out(bench.cell, start, model, trial.garment, keypoints, rules.driving, duration_s)
+        history = roll_out(bench.cell, start, model, trial.garment, keypoints, settings.driving, duration_s)
         # The task's fold lines lie along the world's axes: judged as if the garment had not been moved, a turned
         # garment that is folded along its own axes counts as folded.
         success, failure, figures = bench.judge((history - placement[:3, 3]) @ placement[:3, :3])

@@ -1,14 +1,18 @@
 """Made-up trajectories: arms that go where the garment's keypoints say, so that there is something to learn."""
 
 import json
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from made_up_cell import CONFIG, idle_bench
 
+import sim1.policy.trial_crew
 from sim1.policy.episodes import Trajectory
+from sim1.policy.stage import policy
 
 FRAMES = 40
 KEYPOINT_SIZE = 36
@@ -105,3 +109,24 @@ def dataset(tmp_path, trajectories) -> ToyDataset:
 def lasting_dataset(tmp_path_factory) -> ToyDataset:
     """The same for all tests of a file."""
     return write_dataset(tmp_path_factory.mktemp("dataset"), toy_trajectories())
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    bench = idle_bench()
+    monkeypatch.setattr(sim1.policy.trial_crew, "open_bench", lambda *_: bench)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, lasting_dataset):
+    """An artifact of the stage and its facts."""
+    out = tmp_path_factory.mktemp("policy")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sim1.policy.trial_crew, "open_bench", lambda *_: idle_bench())
+        return out, policy({"dataset": {"": lasting_dataset.path}}, out, CONFIG)
+
+
+@pytest.fixture
+def artifact(tmp_path, made):
+    """A copy of it, to be damaged."""
+    return Path(shutil.copytree(made[0], tmp_path / "policy")), made[1]

@@ -107,6 +107,21 @@ def test_beyond_the_sizes_that_were_tried_only_a_bound_is_given():
     assert (found.bound, found.ratio, found.real_size) == ("more than", 8.0, 2)
 
 
+@pytest.mark.parametrize(("scale", "bound", "ratio"), [(0.1, "less than", 1.0), (0.4, "more than", 16.0)])
+def test_where_more_generated_ones_do_not_help_they_are_as_good_from_the_first_or_never(scale, bound, ratio):
+    both = pd.concat(
+        [errors([1, 4, 16], scale=scale, exponent=-0.01, tested_on=REAL), errors([1], scale=0.2, trained_on=REAL)]
+    )
+    found = by_error(both, seed=0)
+    assert (found.bound, found.ratio) == (bound, ratio)
+
+
+def test_one_held_out_trajectory_has_no_interval_and_establishes_nothing():
+    [point] = measure(errors([4], trajectories=1), NO_TRIALS, {GENERATED: [4]}, seed=0)
+    assert point.errors[0].interval_rad is None
+    assert fit_power_law(errors([4, 8, 16], trajectories=1), seed=0).exponent_interval is None
+
+
 def test_a_real_demonstration_is_worth_the_generated_ones_that_succeed_as_often():
     curve = pd.concat([trials(GENERATED, size, wins) for size, wins in ((2, 2), (8, 10), (32, 18))])
     found = by_success(pd.concat([curve, trials(REAL, 2, 10)]), "spatial", seed=0)

@@ -39,6 +39,7 @@ answers.write_text(json.dumps({
 DIAGNOSIS = """
 import json, os, pathlib, sys, time
 import numpy as np
+from sim1.mismatch.summary import Prices
 bundle, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[3])
 with open(NOTES, "a") as notes:
     notes.write(json.dumps({"who": "diagnosis", "at": time.time(), "argv": sys.argv[1:], "cwd": os.getcwd(), "pid": os.getpid()}) + "\\n")
@@ -56,7 +57,7 @@ coefficient = {"value": 1.9, "ci95": [1.5, 2.5], "unit": "1"}
     "schema": "sim1.verdict/1", "verdict": verdict, "noise_std_m": 0.0003, "rmse_m": {"baseline": error, "augmented": better},
     "mismatch": {"regions": [], "windows": [], "signature": "made up"}, "alternatives": [], "next_experiment": "none",
     "missing_physics": [{"name": n, "probability": 1.0, "parameters": {"c": coefficient}, "heldout_rmse_reduction": 0.5} for n in names]}))
-prices = dict.fromkeys(("per_term", "named", "margin", "second", "second_share", "explained", "left", "heldout"), 1.0)
+prices = dict.fromkeys(Prices.model_fields, 1.0)
 ranking = [{"name": " with ".join(names) or "wind", "gain": 50.0, "misfit": 1.0}, {"name": "the baseline", "gain": 0.0, "misfit": 2.0}]
 (out / "summary.json").write_text(json.dumps({
     "schema": "sim1.diagnosis/1", "sentence": "made up", "fitted": ["a"], "heldout": ["b"], "converged": True, "creep_m": 0.0,

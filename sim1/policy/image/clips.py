@@ -5,8 +5,8 @@ from pathlib import Path
 
 from sim1.policy.counting import read_table
 from sim1.policy.episodes import Trajectory, read_trajectories
-from sim1.policy.split import GarmentSplit, split_garment
-from sim1.stage import BadInput, random_stream
+from sim1.policy.split import GarmentSplit, split_by_garment
+from sim1.stage import BadInput
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,12 +36,7 @@ def split_clips(dataset: Path, test_share: float, seed: int) -> Parts:
         BadInput: the dataset is damaged, or nothing is left to train on.
     """
     trajectories = read_trajectories(dataset)
-    splits = {
-        name: split_garment(
-            [item for item in trajectories if item.garment == name], test_share, random_stream(seed, "split", name)
-        )
-        for name in sorted({item.garment for item in trajectories})
-    }
+    splits = split_by_garment(trajectories, test_share, seed)
     clips = clips_of(dataset, trajectories)
     tested = {(item.garment, item.name) for split in splits.values() for item in split.test}
     parts = Parts(
