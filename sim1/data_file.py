@@ -7,16 +7,17 @@ import yaml
 from pydantic import TypeAdapter, ValidationError
 
 from sim1.stage import BadInput
+from sim1.unique_keys import UniqueKeys
 
 
 def read_data_file[T](path: Path, kind: type[T], schema: str) -> T:
     """Read a YAML file with a `schema:` line into a `stage_config` class.
 
     Raises:
-        BadInput: no such file, not YAML, another schema, a key is unknown or missing, a value of another type.
+        BadInput: no such file, not YAML, another schema, a key is unknown, missing or there twice, a value of another type.
     """
     try:
-        document: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
+        document: Any = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeys)
     except OSError as error:
         raise BadInput(f"{path}: cannot be read ({error.strerror}); restore the file") from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:

@@ -1,6 +1,5 @@
 """YAML files that people write, read into a strict model: no key twice, no key unknown, no yes where a number belongs."""
 
-from collections.abc import Hashable
 from pathlib import Path
 
 import pydantic
@@ -8,6 +7,7 @@ import yaml
 
 from sim1.recording.problems import Several
 from sim1.stage import BadInput
+from sim1.unique_keys import UniqueKeys
 
 
 class Strict(pydantic.BaseModel):
@@ -29,19 +29,6 @@ def _holds_truth_value(value: object) -> bool:
     return any(map(_holds_truth_value, value)) if isinstance(value, list) else isinstance(value, bool)
 
 
-class _Loader(yaml.SafeLoader):
-    """PyYAML keeps the last of two equal keys and says nothing."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
-        seen = set()
-        for name, _ in node.value:
-            key = self.construct_object(name, deep=True)
-            if isinstance(key, Hashable) and key in seen and name.tag != "tag:yaml.org,2002:merge":
-                raise yaml.constructor.ConstructorError(None, None, f"the key {key!r} occurs twice", name.start_mark)
-            seen.add(key if isinstance(key, Hashable) else id(name))
-        return super().construct_mapping(node, deep)
-
-
 def read_strict[T: Strict](path: Path, model: type[T], what: str) -> T:
     """Read a YAML file into a model; `what` names the file's kind and schema for messages.
 
@@ -50,7 +37,7 @@ def read_strict[T: Strict](path: Path, model: type[T], what: str) -> T:
             the key.
     """
     try:
-        raw = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
+        raw = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeys)
     except FileNotFoundError as error:
         raise BadInput(f"{path}: missing; expected {what}") from error
     except (yaml.YAMLError, ValueError, OSError, RecursionError) as error:  # a ValueError: not UTF-8, or no such date
