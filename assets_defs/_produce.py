@@ -15,7 +15,7 @@ from assets_defs._config import check_function, config_of, stage_function
 from assets_defs._digest import RECORD, digest_json
 from assets_defs._recipe import Key, Snapshot, label
 from assets_defs._sources import source
-from assets_defs._store import StoreError, place, verified
+from assets_defs._store import Place, StoreError, place, verified
 from pipeline import Home, Node
 from sim1 import progress
 from sim1.stage import BadInput, Finding
@@ -73,7 +73,8 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
     work = _work(snapshot, node, key, parts)
     twin = _twin(home, snapshot, node, key, work)
     try:
-        part = at.begin(recipe, resume=node.stage.resumes)
+        update = twin is None and node.stage.updates and _can_be_updated(at, parts)
+        part = at.begin(recipe, resume=node.stage.resumes, update=update)
         if twin is not None:
             facts = _copy(home, twin, key, part)
         else:
@@ -135,6 +136,16 @@ def _twin(home: Home, snapshot: Snapshot, node: Node, key: Key, work: str) -> No
             if record and record.get("work") == work and at.damage(record, thorough=True) is None:
                 return other
     return None
+
+
+def _can_be_updated(at: Place, parts: dict[str, Any]) -> bool:
+    """Whether the artifact at `at` is whole and was made by the same version of the same function."""
+    record = at.record()
+    return (
+        record is not None
+        and all(record["parts"][key] == parts[key] for key in ("version", "function"))
+        and at.damage(record, thorough=True) is None
+    )
 
 
 def _copy(home: Home, twin: Node, key: Key, part: Path) -> dict[str, Any]:

@@ -77,12 +77,22 @@ class Place:
                 return f"{name} has other content than was made"
         return f"{min(present)} does not belong to it" if present else None
 
-    def begin(self, recipe: str, *, resume: bool) -> Path:
-        """A folder to make the artifact in: empty, or what an interrupted run of the same recipe left there."""
+    def begin(self, recipe: str, *, resume: bool, update: bool = False) -> Path:
+        """A folder to make the artifact in.
+
+        Args:
+            recipe: of what is to be made.
+            resume: go on in what an interrupted run of the same recipe left there.
+            update: else begin with a copy of the artifact that is to be replaced, instead of an empty folder.
+        """
         note = self._beside("part.recipe")
         if not (resume and self.part.is_dir() and note.is_file() and note.read_text() == recipe):
+            note.unlink(missing_ok=True)  # of a copy that is cut short, nobody goes on
             shutil.rmtree(self.part, ignore_errors=True)
-            self.part.mkdir(parents=True)
+            if update:
+                shutil.copytree(self.final, self.part, ignore=shutil.ignore_patterns(RECORD))
+            else:
+                self.part.mkdir(parents=True)
             note.write_text(recipe)
         return self.part
 

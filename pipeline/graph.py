@@ -34,6 +34,9 @@ class Stage(pydantic.BaseModel):
     sources: dict[str, str] = {}  # input name -> path below the home, {garment} allowed
     optional_sources: dict[str, str] = {}  # the same, may be absent
     resumes: bool = False  # goes on in what an interrupted run of the same recipe left
+    updates: bool = (
+        False  # starts from a copy of the artifact that it replaces, if the same version and function made it
+    )
     timings: bool = False  # also gets the seconds that every artifact took (not part of the recipe)
     config: dict[str, Any] = {}
     kinds: tuple[str, ...] = ()

@@ -142,6 +142,68 @@ def test_selected_stages_and_garments_alone_are_made(project):
     assert sorted(report.made) == ["mesh/towel", "scan/towel"]
 
 
+@pytest.fixture
+def updating(made):
+    """A home in which `model` writes a page for every word of a book, and was made of three words."""
+    book = made.root / "data" / "book.txt"
+    book.write_text("a b c")
+    change = {"run": "toy_stages:pages", "sources": {"book": "data/book.txt"}, "updates": True, "resumes": True}
+    made.stages(model=change)
+    made.run()
+    return made, book, change
+
+
+def written(project) -> int:
+    """How many pages the last making of the towel's model wrote."""
+    return place(project.home, project.graph.nodes["model"], "towel").record()["facts"]["written"]
+
+
+def test_a_stage_that_updates_begins_with_the_artifact_that_it_replaces(updating):
+    project, book, _ = updating
+    assert written(project) == 3
+    before = project.events()
+    book.write_text("a c d")
+    project.run()
+    assert changed_since(project, before) == ["model/shirt", "model/towel", "dataset", "report"]
+    assert written(project) == 1
+    node = project.graph.nodes["model"]
+    assert sorted(file.name for file in place(project.home, node, "towel").final.glob("*.txt")) == [
+        "a.txt",
+        "c.txt",
+        "d.txt",
+    ]
+    with project.instance() as instance:
+        snapshot = Snapshot(instance, project.graph, project.home)
+        assert {snapshot.status(node, key).state for node, key in snapshot.artifacts()} == {"fresh"}
+
+
+def test_a_stage_that_updates_begins_anew_after_damage_or_with_another_version(updating):
+    project, book, change = updating
+    (place(project.home, project.graph.nodes["model"], "towel").final / "a.txt").write_text("scribble")
+    project.run()
+    assert written(project) == 3
+    project.stages(model={**change, "version": 2})
+    project.run()
+    assert written(project) == 3
+    book.write_text("a b c d")
+    project.run()
+    assert written(project) == 1
+
+
+def test_a_stage_that_updates_and_is_killed_leaves_the_artifact_as_it_was_and_goes_on(updating, tmp_path):
+    project, book, change = updating
+    at = place(project.home, project.graph.nodes["model"], "towel")
+    good, marker = at.record(), tmp_path / "mended"
+    project.stages(model={**change, "config": {"die_unless": str(marker)}})
+    book.write_text("b c d e")
+    assert "model/towel" in project.run(jobs=1, nodes={"model"}, garments=["towel"]).failed
+    assert at.record() == good
+    assert at.damage(good, thorough=True) is None
+    marker.write_text("")
+    project.run(nodes={"model"}, garments=["towel"])
+    assert written(project) == 0  # the killed run had written both
+
+
 def test_two_runs_at_once_are_refused(project):
     from assets_defs._regenerate import _alone
     from assets_defs._store import StoreError

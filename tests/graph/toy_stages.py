@@ -60,6 +60,20 @@ def frames(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
     return {"written": written}
 
 
+def pages(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
+    """A page for every line of the source `book`; pages that are there already are kept, others than those are removed."""
+    (book,) = inputs["book"].values()
+    wanted = {f"{line}.txt": line for line in book.read_text().split()}
+    there = {file.name for file in out.iterdir()}
+    for name in there - set(wanted):
+        (out / name).unlink()
+    for name in set(wanted) - there:
+        (out / name).write_text(wanted[name])
+    if (marker := config.get("die_unless")) and not Path(marker).exists():
+        os.kill(os.getpid(), 9)
+    return {"written": len(set(wanted) - there)}
+
+
 def check_mesh(artifact: Path) -> list[Finding]:
     """Blocks an artifact that says it is invalid, warns of one that says it is odd."""
     text = "".join(file.read_text() for file in sorted(artifact.glob("*.txt")))
