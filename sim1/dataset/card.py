@@ -7,6 +7,7 @@ import pandas as pd
 from jinja2 import Environment
 
 from sim1.dataset.pictures import write_frames_picture, write_motion_picture
+from sim1.render.appearance import SCANNED
 from sim1.stage import Facts
 
 CARD = """\
@@ -41,8 +42,9 @@ configs:
 
 None of the figures or pictures here were measured on a real robot.
 
-* **Pictures** are rendered with Blender Cycles. Table, light and the elevation of the head camera are drawn at random for every
-  episode; {{ looks.scanned }} of {{ total.episodes }} episodes show the garment's scanned texture, the others a made-up fabric.
+* **Pictures** are rendered with Blender. Table, room, light and the elevation of the head camera are drawn at random for every
+  episode: {{ looks.tables }} tables and {{ looks.rooms }} rooms. {{ looks.scanned }} of {{ total.episodes }} episodes show the garment's scanned texture, the
+  others {{ looks.fabrics }} made-up fabrics; names and numbers are in `look` of `provenance.parquet`.
 * **Garments and robot** move in a simulation. States are the simulated joint angles, actions the commands that led to them.
 * **Garment shapes** come from the scans that the pipeline was given. Those that the project ships are virtual: made by a model of
   a depth camera, not by a scanner.
@@ -107,7 +109,7 @@ def write_card(out: Path, provenance: pd.DataFrame, *, name: str, license: str) 
         "minutes": frames / info["fps"] / 60.0,
         "size_mb": sum(path.stat().st_size for path in files) / 1e6,
     }
-    looks = {"scanned": int(sum(json.loads(look)["fabric"]["kind"] == "scanned" for look in provenance["look"]))}
+    looks = _looks(provenance["look"])
     write_frames_picture(out, provenance)
     write_motion_picture(out, provenance)
     features = [
@@ -127,6 +129,18 @@ def write_card(out: Path, provenance: pd.DataFrame, *, name: str, license: str) 
         )
     )
     return {"episodes": len(provenance), "frames": frames, "size_mb": round(total["size_mb"], 3), "garments": table}
+
+
+def _looks(column: pd.Series) -> dict[str, int]:
+    """How many episodes show the measured texture, and how many names of each sort there are."""
+    looks = [json.loads(look) for look in column]
+    names = {sort: [look[sort]["name"] for look in looks] for sort in ("fabric", "table", "room")}
+    return {
+        "scanned": names["fabric"].count(SCANNED),
+        "fabrics": len({*names["fabric"]} - {SCANNED}),
+        "tables": len({*names["table"]}),
+        "rooms": len({*names["room"]}),
+    }
 
 
 def _meaning(column: str) -> str:

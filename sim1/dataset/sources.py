@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sim1.episode import Episode, episode_folders, read_episode
+from sim1.render.appearance import SCHEMA
 from sim1.stage import BadInput
 
 
@@ -47,7 +48,7 @@ def read_clips(artifact: Path, garment: str) -> list[RenderedClip]:
     """Clips of one artifact, by episode, then appearance.
 
     Raises:
-        BadInput: a file is missing or unreadable, or the number of frames is not what appearance.json says.
+        BadInput: a file is missing, unreadable or of another schema, or the number of frames is not what appearance.json says.
     """
     try:
         with np.load(artifact / "garment.npz", allow_pickle=False) as data:
@@ -59,6 +60,8 @@ def read_clips(artifact: Path, garment: str) -> list[RenderedClip]:
         for path in sorted(episode.glob("v*/appearance.json"), key=lambda path: int(path.parent.name[1:])):
             try:
                 about = json.loads(path.read_text())
+                if about["schema"] != SCHEMA:
+                    raise ValueError(f"schema is {about['schema']!r}, expected {SCHEMA!r}")
                 clip = RenderedClip(
                     garment=garment,
                     trajectory=episode.name,

@@ -11,6 +11,10 @@ import sim1
 from sim1.progress import report
 from sim1.system_libraries import missing_for, remedy
 
+NO_OPENGL = (
+    "engine 'workbench' finds no OpenGL; apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri (it needs neither GPU nor "
+    "display), or set engine: cycles"
+)
 TAIL = 2000  # characters of Blender's own words that an error shows
 
 
@@ -76,4 +80,6 @@ def run_blender(
         )
     if code != 0:
         how = f"was ended by signal {-code}" if code < 0 else f"ended with code {code}"
+        if "EGL Error" in words and code < 0:
+            how += f": {NO_OPENGL}"
         raise BlenderFailed(f"Blender's process {how}; its last words:\n{words[-TAIL:] or '(none)'}")

@@ -12,6 +12,8 @@ from pydantic import TypeAdapter
 from sim1.render.appearance import Appearance, Color
 
 FRAME_NAME = "{:06d}.png"
+# Of `RenderConfig`: what Blender's process gets to know.
+SETTINGS = ("engine", "width", "height", "samples", "denoise", "threads", "device", "seed")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +41,7 @@ class Job:
 
     folder: Path
     texture: Path
-    settings: dict[str, Any]  # width, height, samples, denoise, threads, device, seed
+    settings: dict[str, Any]  # those named in SETTINGS
     part_colors: list[Color]
     fy_over_height: dict[str, float]  # camera -> focal length in image heights
     clips: list[Clip]

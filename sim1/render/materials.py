@@ -1,22 +1,24 @@
-"""Procedural Blender materials of fabric, table and robot. Imported by the worker alone: bpy lives in its own process.
+"""Blender materials of fabric, table, room and robot. Imported by the worker alone: bpy lives in its own process.
 
-Patterns are functions of metres on the garment, not of its UV chart, so that they have the size that the scan has.
+What is painted lies in pictures (`sim1.render.images`); the node graphs here put them on, with relief and finish.
 """
 
-import math
 from pathlib import Path
 
 import bpy  # noqa: TID253  only the worker's process gets here
 
-from sim1.render.appearance import Color, Fabric, Table
+from sim1.render.appearance import Color, Fabric, Surface
+from sim1.render.looks.colors import linear
+from sim1.render.looks.weaves import REPEAT
 
-PATTERN_ATTRIBUTE = "pattern_m"
-UV_LAYER = "scan"
+SCAN_LAYER = "scan"  # UV of the garment's measured texture
+FLAT_LAYER = "flat"  # UV over the rectangle that a picture covers
+METRE_LAYER = "metres"  # UV in metres on the garment
 
 
-def linear(color: Color) -> tuple[float, float, float, float]:
+def rgba(color: Color) -> tuple[float, float, float, float]:
     """SRGB to the linear RGBA that Blender's sockets expect."""
-    return (*(c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in color), 1.0)
+    return (*linear(color).tolist(), 1.0)
 
 
 class _Graph:
@@ -40,95 +42,87 @@ class _Graph:
         else:
             socket.default_value = value
 
-    def math(self, operation: str, *values):
-        node = self.tree.nodes.new("ShaderNodeMath")
-        node.operation = operation
-        for socket, value in zip(node.inputs, values):
-            self.set(socket, value)
-        return node.outputs[0]
+    def finish(self, **inputs) -> bpy.types.Material:
+        """Set sockets of the surface and give the material."""
+        for name, value in inputs.items():
+            self.set(self.surface.inputs[name.replace("_", " ")], value)
+        return self.material
 
-    def ramp(self, factor, *stops: tuple[float, Color], constant: bool = False):
-        node = self.tree.nodes.new("ShaderNodeValToRGB")
-        node.color_ramp.interpolation = "CONSTANT" if constant else "LINEAR"
-        while len(node.color_ramp.elements) < len(stops):
-            node.color_ramp.elements.new(0.5)
-        for element, (position, color) in zip(node.color_ramp.elements, stops):
-            element.position, element.color = position, linear(color)
-        self.set(node.inputs[0], factor)
+    def image(self, image: bpy.types.Image, layer: str, *, extension: str = "EXTEND"):
+        """Colour socket of an image on a UV layer; the preview engine shows the material's active image."""
+        place = self.node("ShaderNodeUVMap")
+        place.uv_map = layer
+        node = self.node("ShaderNodeTexImage", Vector=place.outputs["UV"])
+        node.image, node.extension = image, extension
+        self.tree.nodes.active = node
         return node.outputs["Color"]
 
+    def mix(self, blend: str, factor, a, b):
+        node = self.tree.nodes.new("ShaderNodeMix")
+        node.data_type, node.blend_type = "RGBA", blend
+        # A mix node has sockets of all types under the same names; those of colours are found by their identifiers.
+        sockets = {socket.identifier: socket for socket in node.inputs}
+        for name, value in (("Factor_Float", factor), ("A_Color", a), ("B_Color", b)):
+            self.set(sockets[name], value)
+        return next(socket for socket in node.outputs if socket.identifier == "Result_Color")
 
-def fabric_material(fabric: Fabric, texture: Path) -> bpy.types.Material:
-    """The garment's material: measured texture or pattern, with roughness, sheen and the weave as bump."""
+    def scaled(self, value, factor: float, plus: float):
+        node = self.tree.nodes.new("ShaderNodeMath")
+        node.operation = "MULTIPLY_ADD"
+        for socket, given in zip(node.inputs, (value, factor, plus)):
+            self.set(socket, given)
+        return node.outputs[0]
+
+
+def fabric_material(fabric: Fabric, colors: bpy.types.Image, layer: str, weave: bpy.types.Image) -> bpy.types.Material:
+    """The garment's material: colours on a UV layer, the weave's relief, shade and weft over them."""
     graph = _Graph("fabric")
-    if fabric.kind == "scanned":
-        color = _scanned(graph, texture)
-    else:
-        color = _pattern(graph, fabric)
-    graph.set(graph.surface.inputs["Base Color"], color)
-    graph.set(graph.surface.inputs["Roughness"], fabric.roughness)
-    graph.set(graph.surface.inputs["Sheen Weight"], fabric.sheen)
-    graph.set(graph.surface.inputs["Specular IOR Level"], 0.2)  # cloth has little mirror reflection
-    if fabric.bump_m > 0.0:
-        place = graph.node("ShaderNodeAttribute")
-        place.attribute_name = PATTERN_ATTRIBUTE
-        weave = graph.node("ShaderNodeTexNoise", Vector=place.outputs["Vector"], Scale=1.0 / 0.004, Detail=1.0)
-        bump = graph.node("ShaderNodeBump", Height=weave.outputs[0], Distance=fabric.bump_m)
-        graph.set(graph.surface.inputs["Normal"], bump.outputs["Normal"])
-    return graph.material
+    place = graph.node("ShaderNodeUVMap")
+    place.uv_map = METRE_LAYER
+    scale = 1.0 / (REPEAT * fabric.thread_m)
+    threads = graph.node(
+        "ShaderNodeMapping", Vector=place.outputs["UV"], Rotation=(0.0, 0.0, -fabric.turn_rad), Scale=(scale,) * 3
+    )
+    tile = graph.node("ShaderNodeTexImage", Vector=threads.outputs[0])
+    tile.image = weave
+    height, weft, _ = graph.node("ShaderNodeSeparateColor", Color=tile.outputs["Color"]).outputs
+    color = graph.image(colors, layer)
+    if fabric.weft > 0.0:
+        color = graph.mix("MIX", graph.scaled(weft, fabric.weft, 0.0), color, rgba(fabric.colors[1]))
+    if fabric.shade > 0.0:
+        # The shade is given in sRGB, where brightness is about the square root of the light.
+        bright = graph.scaled(height, fabric.shade, 1.0 - fabric.shade)
+        bright = graph.node("ShaderNodeCombineColor", Red=bright, Green=bright, Blue=bright).outputs[0]
+        color = graph.mix("MULTIPLY", 1.0, graph.mix("MULTIPLY", 1.0, color, bright), bright)
+    if fabric.relief_m > 0.0:
+        bump = graph.node("ShaderNodeBump", Height=height, Distance=fabric.relief_m)
+        graph.finish(Normal=bump.outputs["Normal"])
+    return graph.finish(
+        Base_Color=color,
+        Roughness=fabric.roughness,
+        Sheen_Weight=fabric.sheen,
+        Specular_IOR_Level=0.2,  # cloth has little mirror reflection
+    )
 
 
-def _scanned(graph: _Graph, texture: Path):
-    uv = graph.node("ShaderNodeUVMap")
-    uv.uv_map = UV_LAYER
-    image = graph.node("ShaderNodeTexImage", Vector=uv.outputs["UV"])
-    image.image = bpy.data.images.load(str(texture), check_existing=True)
-    return image.outputs["Color"]
+def scanned_image(texture: Path) -> bpy.types.Image:
+    """The garment's measured texture."""
+    return bpy.data.images.load(str(texture), check_existing=True)
 
 
-def _pattern(graph: _Graph, fabric: Fabric):
-    """Colour socket of a woven or printed pattern; periods in metres on the garment."""
-    if fabric.kind == "plain":
-        return linear(fabric.base)
-    place = graph.node("ShaderNodeAttribute")
-    place.attribute_name = PATTERN_ATTRIBUTE
-    turned = graph.node("ShaderNodeVectorRotate", Vector=place.outputs["Vector"], Angle=fabric.angle_rad)
-    axes = graph.node("ShaderNodeSeparateXYZ", Vector=turned.outputs[0])
-    u, v = (graph.math("FRACT", graph.math("DIVIDE", axes.outputs[axis], fabric.period_m)) for axis in ("X", "Y"))
-    if fabric.kind == "stripes":
-        return graph.ramp(u, (0.0, fabric.base), (0.5, fabric.accent), constant=True)
-    if fabric.kind == "checks":  # gingham: warp and weft of two colours each
-        threads = graph.math("ADD", graph.math("GREATER_THAN", u, 0.5), graph.math("GREATER_THAN", v, 0.5))
-        return graph.ramp(graph.math("MULTIPLY", threads, 0.5), (0.0, fabric.base), (1.0, fabric.accent))
-    across, along = (graph.math("SUBTRACT", axis, 0.5) for axis in (u, v))
-    squares = (graph.math("MULTIPLY", axis, axis) for axis in (across, along))
-    radius = graph.math("SQRT", graph.math("ADD", *squares))
-    # Radius 0.25 of the period covers 20 % of the cloth.
-    return graph.ramp(radius, (0.0, fabric.accent), (math.sqrt(0.2 / math.pi), fabric.base), constant=True)
-
-
-def table_material(table: Table) -> bpy.types.Material:
-    """Wood with grain along x, marble with veins, or one colour."""
-    graph = _Graph("table")
-    color = linear(table.base)
-    if table.kind != "plain":
-        place = graph.node("ShaderNodeTexCoord").outputs["Object"]
-        stretch = (0.1, 1.0, 1.0) if table.kind == "wood" else (1.0, 1.0, 1.0)
-        mapping = graph.node("ShaderNodeMapping", Vector=place, Scale=stretch)
-        noise = graph.node("ShaderNodeTexNoise", Vector=mapping.outputs[0], Scale=1.0 / table.grain_m, Detail=4.0)
-        noise.inputs["Distortion"].default_value = 0.5 if table.kind == "wood" else 2.0
-        if table.kind == "wood":
-            color = graph.ramp(noise.outputs[0], (0.3, table.accent), (0.6, table.base))
-        else:
-            color = graph.ramp(noise.outputs[0], (0.42, table.base), (0.5, table.accent), (0.58, table.base))
-    graph.set(graph.surface.inputs["Base Color"], color)
-    graph.set(graph.surface.inputs["Roughness"], table.roughness)
-    return graph.material
-
-
-def plain_material(name: str, color: Color, *, roughness: float, metallic: float = 0.0) -> bpy.types.Material:
-    """One colour, for floor and robot."""
+def surface_material(name: str, surface: Surface, image: bpy.types.Image) -> bpy.types.Material:
+    """A table top's or a floor's material."""
     graph = _Graph(name)
-    for socket, value in {"Base Color": linear(color), "Roughness": roughness, "Metallic": metallic}.items():
-        graph.set(graph.surface.inputs[socket], value)
-    return graph.material
+    return graph.finish(
+        Base_Color=graph.image(image, FLAT_LAYER),
+        Roughness=surface.roughness,
+        Metallic=surface.metallic,
+        Coat_Weight=surface.coat,
+    )
+
+
+def plain_material(name: str, color: Color, *, roughness: float) -> bpy.types.Material:
+    """One colour, for robot, furniture and walls."""
+    graph = _Graph(name)
+    graph.material.diffuse_color = rgba(color)  # what the preview engine shows
+    return graph.finish(Base_Color=rgba(color), Roughness=roughness)

@@ -3,7 +3,8 @@
 import hashlib
 import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,17 +12,43 @@ import trimesh
 from PIL import Image
 
 from sim1.episode import ARMS, RATE_HZ, episode_folders, read_episode
-from sim1.render.appearance import Appearance, Color, draw_appearance
+from sim1.render.appearance import SCHEMA, Appearance, Color
 from sim1.render.cameras import raised
-from sim1.render.job import Clip, Job
+from sim1.render.job import SETTINGS, Clip, Job
+from sim1.render.looks.draw import draw_appearance, read_looks
 from sim1.render.robot_visuals import link_motion, part_poses, robot_parts
 from sim1.render.stage import RenderConfig
 from sim1.robot.kinematics import Arm
 from sim1.scene.description import Camera, Scene, read_scene
 from sim1.stage import BadInput, random_stream
 
-SCHEMA = "sim1.appearance/1"
 TABLE_DROP_M = 0.003  # drawn that much lower: cloth that rests in the top by a contact radius would be hidden by it
+
+type Choice = Callable[[str, Color], Sequence[Appearance]]
+"""Appearances to render a trajectory in, by its name and the mean colour of the garment's texture; none: it is not rendered."""
+
+
+def drawn(looks: Path, garment: str, config: RenderConfig) -> Choice:
+    """`config.variants` appearances drawn from the files in a folder.
+
+    Raises:
+        BadInput: a file or an entry is at fault.
+    """
+    known = read_looks(looks)
+
+    def choose(name: str, mean: Color) -> list[Appearance]:
+        return [
+            draw_appearance(
+                partial(random_stream, config.seed, "appearance", garment, name, variant),
+                known,
+                scanned=mean,
+                scanned_share=config.scanned_share,
+                elevation_jitter_rad=np.radians(config.elevation_jitter_deg),
+            )
+            for variant in range(config.variants)
+        ]
+
+    return choose
 
 
 def plan_job(
@@ -29,16 +56,15 @@ def plan_job(
     trajectories: Path,
     mesh: Path,
     scene: Path,
+    choice: Choice,
     garment: str,
     out: Path,
     folder: Path,
     config: RenderConfig,
-    looks: Mapping[str, Sequence[Appearance]] | None = None,
 ) -> Job:
     """Write the job into `folder`, and copies of the episodes with every clip's `appearance.json` into `out`.
 
-    Frames in `out` that belong to another appearance than the one planned now are removed. With `looks` (appearances by
-    name of trajectory) those trajectories alone are rendered, in these appearances instead of `config.variants` drawn ones.
+    What `out` holds of other episodes or appearances than those planned now is removed; frames of the same ones are kept.
 
     Raises:
         BadInput: an input is damaged, has no episode, or does not fit the others.
@@ -53,9 +79,12 @@ def plan_job(
         for i, part in enumerate(parts)
         for key, value in (("vertices", part.vertices_m), ("faces", part.faces))
     }
-    folders = [path for path in episode_folders(trajectories) if looks is None or path.name in looks]
+    folders = episode_folders(trajectories)[: config.max_episodes or None]
     motion, poses, clips = {}, {}, []
-    for source in folders[: config.max_episodes or None]:
+    for source in folders:
+        looks = choice(source.name, mean)
+        if not looks:
+            continue
         episode = read_episode(source)
         if episode.garment_m.shape[1] != len(arrays["pattern_m"]):
             raise BadInput(
@@ -70,35 +99,24 @@ def plan_job(
         target.mkdir(parents=True, exist_ok=True)
         for name in ("episode.npz", "episode.json"):
             shutil.copyfile(source / name, target / name)
-        drawn = (_draw(config, garment, source.name, variant, mean) for variant in range(config.variants))
-        for variant, appearance in enumerate(drawn if looks is None else looks[source.name]):
-            clip = Clip(episode=source.name, variant=variant, frame_count=len(links), appearance=appearance)
-            poses[clip.key] = _camera_poses(cameras, links, appearance.elevation_offset_rad)
+        for variant, look in enumerate(looks):
+            clip = Clip(episode=source.name, variant=variant, frame_count=len(links), appearance=look)
+            poses[clip.key] = _camera_poses(cameras, links, look.elevation_offset_rad)
             shown = _digest({**arrays, **motion[source.name], **poses[clip.key]}, texture)
             _write_appearance(out / clip.folder, clip, poses[clip.key], cameras, config, shown)
             clips.append(clip)
+    _remove_others(out, clips)
     np.savez(out / "garment.npz", rest_m=arrays["rest_m"], faces=arrays["faces"])
     job = Job(
         folder=folder,
         texture=texture,
-        settings={
-            key: getattr(config, key) for key in ("width", "height", "samples", "denoise", "threads", "device", "seed")
-        },
+        settings={key: getattr(config, key) for key in SETTINGS},
         part_colors=[part.color for part in parts],
         fy_over_height={name: camera.fy_px / camera.height for name, camera in cameras.items()},
         clips=clips,
     )
     job.write(arrays=arrays, motion=motion, cameras=poses)
     return job
-
-
-def _draw(config: RenderConfig, garment: str, trajectory: str, variant: int, mean: Color) -> Appearance:
-    return draw_appearance(
-        random_stream(config.seed, "appearance", garment, trajectory, variant),
-        scanned=mean,
-        scanned_share=config.scanned_share,
-        elevation_jitter_rad=np.radians(config.elevation_jitter_deg),
-    )
 
 
 def _cameras(world: Scene, config: RenderConfig, scene: Path) -> dict[str, Camera]:
@@ -161,8 +179,7 @@ def _write_appearance(
         "rate_hz": config.rate_hz,
         "stride": round(RATE_HZ / config.rate_hz),
         "frame_count": clip.frame_count,
-        "samples": config.samples,
-        "denoise": config.denoise,
+        **{key: getattr(config, key) for key in ("engine", "samples", "denoise", "device", "seed")},
         "cameras": {
             name: {
                 "width": config.width,
@@ -183,6 +200,14 @@ def _write_appearance(
         shutil.rmtree(folder)
     folder.mkdir(parents=True, exist_ok=True)
     path.write_text(text)
+
+
+def _remove_others(out: Path, clips: list[Clip]) -> None:
+    """Remove episodes and appearances that are not planned: `out` may hold those of an earlier rendering."""
+    planned = {out / clip.folder for clip in clips}
+    for folder in [*out.glob("episodes/*/v*"), *out.glob("episodes/*")]:
+        if folder.is_dir() and not any(path.is_relative_to(folder) for path in planned):
+            shutil.rmtree(folder)
 
 
 def _digest(arrays: dict[str, np.ndarray], texture: Path) -> str:

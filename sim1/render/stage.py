@@ -18,6 +18,7 @@ class RenderConfig:
     rate_hz: int = Field(default=10, ge=1)  # pictures per second; divides the 30 Hz of the states
     max_episodes: int = Field(default=0, ge=0)  # render only that many trajectories; 0 is all
     cameras: tuple[str, ...] = ("head",)  # of the scene: head, left_wrist, right_wrist
+    engine: Literal["cycles", "workbench"] = "cycles"  # workbench: a preview without light, tens of frames a second
     width: int = Field(default=96, ge=16, multiple_of=2)  # px; even, because video codecs halve the colour planes
     height: int = Field(default=72, ge=16, multiple_of=2)  # px
     samples: int = Field(default=4, ge=1)  # light paths per pixel
@@ -33,10 +34,11 @@ class RenderConfig:
 def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
     """Render every accepted trajectory in `config.variants` appearances, frames in step with the states.
 
-    Frames that `out` already holds are kept, so that a killed run goes on where it was.
+    Frames that `out` already holds are kept where they show what is to be rendered, so that a killed run goes on where it was,
+    and a changed fabric costs the frames that show it.
 
     Raises:
-        BadInput: damaged inputs, an unknown camera, or a rate that does not divide the states' 30 Hz.
+        BadInput: damaged inputs or looks, an unknown camera, or a rate that does not divide the states' 30 Hz.
         BlenderFailed: Blender's process could not finish.
     """
     import tempfile
@@ -44,7 +46,7 @@ def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
     from sim1.episode import RATE_HZ
     from sim1.render.blender import run_blender
     from sim1.render.pictures import write_contact_sheet
-    from sim1.render.plan import plan_job
+    from sim1.render.plan import drawn, plan_job
 
     if RATE_HZ % config.rate_hz:
         raise BadInput(
@@ -56,6 +58,7 @@ def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
             trajectories=only(inputs, "valid_trajectories"),
             mesh=only(inputs, "garment_mesh"),
             scene=only(inputs, "scene"),
+            choice=drawn(only(inputs, "appearance"), garment, config),
             garment=garment,
             out=out,
             folder=Path(folder),
@@ -64,13 +67,22 @@ def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
         if job.frame_count:
             run_blender(Path(folder), out)
     write_contact_sheet(out, title=f"{garment}: rendered episodes")
-    fabrics = Counter(clip.appearance.fabric.kind for clip in job.clips)
+    looks = [clip.appearance for clip in job.clips]
     return {
         "episodes": len({clip.episode for clip in job.clips}),
         "clips": len(job.clips),
         "frames": job.frame_count,
-        "fabrics": [{"fabric": kind, "clips": count} for kind, count in sorted(fabrics.items())],
+        "fabrics": _counted("fabric", [look.fabric.name for look in looks]),
+        "tables": _counted("table", [look.table.name for look in looks]),
+        "rooms": _counted("room", [look.room.name for look in looks]),
     }
+
+
+def check_source_appearance(path: Path) -> None:
+    """Raises BadInput at a fault in the files of looks."""
+    from sim1.render.looks.draw import read_looks
+
+    read_looks(path)
 
 
 def check_rendered_episodes(artifact: Path) -> list[Finding]:
@@ -78,3 +90,7 @@ def check_rendered_episodes(artifact: Path) -> list[Finding]:
     from sim1.render.check import check_frames
 
     return check_frames(artifact)
+
+
+def _counted(what: str, names: list[str]) -> list[dict[str, str | int]]:
+    return [{what: name, "clips": count} for name, count in sorted(Counter(names).items())]

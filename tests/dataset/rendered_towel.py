@@ -7,9 +7,10 @@ import numpy as np
 from PIL import Image
 
 from sim1.episode import RATE_HZ, Episode, write_episode
+from sim1.render.appearance import SCHEMA
 
 WIDTH, HEIGHT, STRIDE, VERTICES = 64, 48, 3, 40
-LOOK = {"fabric": {"kind": "plain"}, "table": {"kind": "wood"}}
+LOOK = {"fabric": {"name": "denim"}, "table": {"name": "walnut"}, "room": {"name": "office-low_sun-grey_carpet"}}
 
 
 def frame_image(number: int, hue: int) -> np.ndarray:
@@ -66,6 +67,7 @@ def write_rendered(
             (clip / "head").mkdir(parents=True)
             camera = {"width": size[0], "height": size[1], "fy_px": 40.0, "moves": False}
             about = {
+                "schema": SCHEMA,
                 "rate_hz": rate_hz,
                 "stride": STRIDE,
                 "frame_count": shown,

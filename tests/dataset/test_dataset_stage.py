@@ -188,6 +188,7 @@ def test_the_card_states_counts_license_and_what_is_simulated(made):
         "6 episodes, 48 frames at 10 Hz",
         "scripted expert",
         "| towel | fold the towel | 2 | 2.0 | 4 | 32 |",
+        "1 tables and 1 rooms. 0 of 6 episodes show the garment's scanned texture, the\n  others 1 made-up fabrics",
     ):
         assert words in card
     for name in ("frames.png", "motion.png"):
@@ -213,6 +214,16 @@ def test_a_missing_frame_is_refused_by_name(tmp_path):
     artifact = write_rendered(tmp_path / "towel")
     (artifact / "episodes/0001/v0/head/000004.png").unlink()
     with pytest.raises(BadInput, match=r"0001/v0: frames per camera \{'head': 8\}"):
+        dataset({"rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
+
+
+def test_frames_whose_appearance_is_told_in_another_schema_are_refused(tmp_path):
+    artifact = write_rendered(tmp_path / "towel")
+    path = artifact / "episodes/0001/v0/appearance.json"
+    path.write_text(path.read_text().replace("sim1.appearance/2", "sim1.appearance/1"))
+    with pytest.raises(
+        BadInput, match=r"0001/v0/appearance\.json: .*schema is 'sim1.appearance/1', expected '.*/2'.*render"
+    ):
         dataset({"rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
 
 

@@ -1,42 +1,59 @@
 """The project's own graph, ablations included, with toy work in every stage: what one moved vertex re-derives."""
 
 import shutil
+from pathlib import Path
 
+import pytest
 import yaml
+from conftest import Project, enter, furnish
 from test_graph_regeneration import changed_since
 
+from assets_defs._recipe import Snapshot, label
 from pipeline.home import REPOSITORY
 
+# Toy work reads the text files of a folder and every other source that is a file.
+FILES = ("robot/arm.urdf", "environment/table.yaml", "appearance/fabrics.txt", "policies/act.yaml", "prices.yaml")
 
-def test_one_moved_vertex_of_the_towel_re_derives_its_chain_and_the_joint_artifacts_alone(project):
+
+@pytest.fixture(scope="module")
+def whole_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A home with the project's own graph where everything was made, to be copied."""
+    root = tmp_path_factory.mktemp("whole") / "home"
+    furnish(root)
     source = yaml.safe_load((REPOSITORY / "pipeline" / "stages.yaml").read_text())
     for row in source["stages"]:
         row["run"] = "toy_stages:ingest" if row["name"] == "scan" else "toy_stages:work"
-    (project.root / "pipeline" / "stages.yaml").write_text(yaml.safe_dump(source))
-    shutil.copy(REPOSITORY / "pipeline" / "ablations.yaml", project.root / "pipeline")
+    (root / "pipeline" / "stages.yaml").write_text(yaml.safe_dump(source))
+    shutil.copy(REPOSITORY / "pipeline" / "ablations.yaml", root / "pipeline")
     for name in ("study", "paper"):  # ablations name them
-        (project.root / "pipeline" / "profiles" / f"{name}.yaml").write_text("{}\n")
-    data = project.root / "data"
-    for name in (
-        "tasks/towel.yaml",
-        "tasks/shirt.yaml",
-        "robot/arm.urdf",
-        "environment/table.yaml",
-        "policies/act.yaml",
-        "prices.yaml",
-    ):
-        (data / name).parent.mkdir(exist_ok=True)
-        (data / name).write_text(f"{name}\n")
-    assert not project.run().failed
-    before = project.events()
+        (root / "pipeline" / "profiles" / f"{name}.yaml").write_text("{}\n")
+    for name in ("tasks/towel.yaml", "tasks/shirt.yaml", *FILES):
+        (root / "data" / name).parent.mkdir(exist_ok=True)
+        (root / "data" / name).write_text(f"{name}\n")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        assert not enter(root, monkeypatch).run().failed
+    return root
 
+
+@pytest.fixture
+def whole(whole_once: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Project:
+    """A home with the project's own graph where everything was made."""
+    shutil.copytree(whole_once, tmp_path / "home")
+    return enter(tmp_path / "home", monkeypatch)
+
+
+def artifacts_of(graph, ids: set[str], garments: tuple[str, ...]) -> set[str]:
+    return {name for id_ in ids for name in ([f"{id_}/{key}" for key in garments] if graph.nodes[id_].per else [id_])}
+
+
+def test_one_moved_vertex_of_the_towel_re_derives_its_chain_and_the_joint_artifacts_alone(whole):
+    project, data = whole, whole.root / "data"
+    before = project.events()
     project.add_garment("towel", "point 0 0 0.001")
     assert not project.run().failed
     made = changed_since(project, before)
 
-    graph = project.graph
-    below = graph.descendants({"scan"})
-    expected = {f"{id_}/towel" if graph.nodes[id_].per else id_ for id_ in below}
+    expected = artifacts_of(project.graph, project.graph.descendants({"scan"}), ("towel",))
     assert set(made) == expected
     assert len(made) == len(expected)
     assert not {"recordings/towel", "calibrated_physics/towel", "mismatch_report/towel"} & set(made)
@@ -46,3 +63,25 @@ def test_one_moved_vertex_of_the_towel_re_derives_its_chain_and_the_joint_artifa
     before = project.events()
     project.run(nodes={"scan", "garment_mesh", "scene", "seed_demos", "segment_pool"})
     assert changed_since(project, before) == ["seed_demos/shirt", "segment_pool/shirt"]
+
+
+def test_a_changed_fabric_makes_the_frames_stale_and_what_is_made_from_them_and_nothing_above(whole):
+    (whole.root / "data" / "appearance" / "fabrics.txt").write_text("another red\n")
+    with whole.instance() as instance:
+        snapshot = Snapshot(instance, whole.graph, whole.home)
+        found = {label(node, key): snapshot.status(node, key) for node, key in snapshot.artifacts()}
+    rendered = {id_ for id_, node in whole.graph.nodes.items() if node.stage.name == "rendered_episodes"}
+    stale = {name for name, status in found.items() if status.state == "stale"}
+    assert stale == artifacts_of(whole.graph, rendered, ("shirt", "towel"))
+    assert {found[name].why for name in stale} == {"source appearance changed"}
+    below = whole.graph.descendants(rendered)
+    assert {name for name, status in found.items() if status.state != "fresh"} == artifacts_of(
+        whole.graph, below, ("shirt", "towel")
+    )
+    assert {whole.graph.nodes[id_].stage.name for id_ in below - rendered} == {
+        "dataset",
+        "policy",
+        "scaling_report",
+        "ablation_report",
+        "cost_report",
+    }

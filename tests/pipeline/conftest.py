@@ -24,7 +24,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Home:
     shutil.copy(REPOSITORY / "data" / "garments" / "towel.yaml", root / "data" / "garments")
     (root / "data" / "tasks").mkdir()
     shutil.copy(REPOSITORY / "data" / "tasks" / "towel.yaml", root / "data" / "tasks")
-    for folder in ("scans/towel", "robot", "environment", "policies"):
+    for folder in ("scans/towel", "robot", "environment", "policies", "appearance"):
         shutil.copytree(REPOSITORY / "data" / folder, root / "data" / folder)
     return Home(root)
 

@@ -40,8 +40,10 @@ class Painter:
             if path.exists():
                 continue
             look = clip.appearance
-            image = np.full((height, width, 3), 255 * np.array(look.fabric.base))
-            image[: height // 3] = 255 * np.array(look.sky) * look.sky_strength
+            image = np.full((height, width, 3), 255 * np.array(look.fabric.colors[0]))
+            image[: height // 3] = 255 * np.mean(
+                [light.color for light in (*look.room.glows, *look.room.lamps)], axis=0
+            )
             image[-3:, : max(1, round(width * (0.5 + look.elevation_offset_rad)))] = 255
             image[height // 2 :, frame : frame + 3] = (250, 250, 0)
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -74,4 +76,5 @@ def write_world(folder: Path, *, sources: dict[str, str] = SOURCES, frame_count:
         "garment_mesh": inputs["garment_mesh"],
         "scene": inputs["scene"],
         "policies": {"": POLICIES},
+        "appearance": inputs["appearance"],
     }

@@ -1,28 +1,40 @@
 """Pictures in which one thing is changed, and which trajectories are shown in them."""
 
 from dataclasses import fields
+from functools import partial
 
 import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
-from towel_cell import write_inputs
+from towel_cell import LOOKS, write_inputs
 
 from sim1.dataset.stage import DatasetConfig, dataset
 from sim1.policy.episodes import Trajectory, read_trajectories
 from sim1.policy.image.clips import Clip, clips_of
 from sim1.policy.image.shifts import IN_DOMAIN, TITLES, shifted_looks
 from sim1.policy.image.views import choose_trajectories, write_views
-from sim1.render.appearance import draw_appearance
+from sim1.render.appearance import SCANNED
+from sim1.render.looks.draw import draw_appearance, read_looks
 from sim1.render.stage import RenderConfig, rendered_episodes
 from sim1.stage import BadInput, random_stream
 
 TURN_RAD = np.radians(5.0)
 
 
-def look_of_training(seed: int = 0):
+def chance(seed: int):
+    return partial(random_stream, seed)
+
+
+@pytest.fixture(scope="module")
+def known():
+    return read_looks(LOOKS)
+
+
+@pytest.fixture
+def trained(known):
     return draw_appearance(
-        random_stream(seed), scanned=(0.8, 0.2, 0.2), scanned_share=1.0, elevation_jitter_rad=np.radians(5.0)
+        chance(0), known, scanned=(0.8, 0.2, 0.2), scanned_share=1.0, elevation_jitter_rad=np.radians(5.0)
     )
 
 
@@ -30,29 +42,28 @@ def changed(before, after) -> set[str]:
     return {field.name for field in fields(before) if getattr(before, field.name) != getattr(after, field.name)}
 
 
-def test_every_shift_changes_one_thing_alone():
-    trained = look_of_training()
-    looks = shifted_looks(trained, random_stream(1), TURN_RAD)
+def test_every_shift_changes_one_thing_alone(trained, known):
+    looks = shifted_looks(trained, chance(1), known, TURN_RAD)
     assert list(looks) == list(TITLES)
     assert {name: changed(trained, look) for name, look in looks.items()} == {
         IN_DOMAIN: set(),
-        "lighting": {"lamps", "sky", "sky_strength"},
+        "lighting": {"room"},
         "viewpoint_down": {"elevation_offset_rad"},
         "viewpoint_up": {"elevation_offset_rad"},
         "texture": {"fabric", "table"},
     }
+    assert changed(trained.room, looks["lighting"].room) == {"lamps", "glows"}
     turned = [
         looks[name].elevation_offset_rad - trained.elevation_offset_rad for name in ("viewpoint_down", "viewpoint_up")
     ]
     np.testing.assert_allclose(np.degrees(turned), [-5.0, 5.0])
 
 
-def test_another_texture_is_never_the_scanned_one_and_the_same_stream_gives_the_same_looks():
-    trained = look_of_training()
+def test_another_texture_is_never_the_scanned_one_and_the_same_chance_gives_the_same_looks(trained, known):
     for seed in range(20):
-        looks = shifted_looks(trained, random_stream(seed), TURN_RAD)
-        assert looks["texture"].fabric.kind != "scanned"
-        assert looks == shifted_looks(trained, random_stream(seed), TURN_RAD)
+        looks = shifted_looks(trained, chance(seed), known, TURN_RAD)
+        assert looks["texture"].fabric.name != SCANNED
+        assert looks == shifted_looks(trained, chance(seed), known, TURN_RAD)
 
 
 def still(garment: str, name: str) -> Trajectory:

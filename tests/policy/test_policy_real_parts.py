@@ -19,6 +19,7 @@ from sim1.policy.episodes import read_keypoints, read_rate_hz, read_trajectories
 from sim1.policy.stage import PolicyConfig, check_policy, policy
 from sim1.policy.trials import REALITY, SIMULATOR, open_bench
 from sim1.recording.stage import RealityConfig, reality
+from sim1.render.appearance import SCHEMA
 from sim1.scene.stage import SceneConfig, scene
 from sim1.stage import BadInput
 
@@ -87,9 +88,10 @@ def inputs(tmp_path_factory):
 def paint_clip(folder: Path, shade: int) -> None:
     (folder / "head").mkdir(parents=True)
     count = len(range(0, FRAMES, STRIDE))
-    look = {"fabric": {"kind": "plain"}, "table": {"kind": "wood"}}
+    look = {sort: {"name": sort} for sort in ("fabric", "table", "room")}
     camera = {"width": 64, "height": 48, "fy_px": 40.0, "moves": False}
-    about = {"rate_hz": 10, "stride": STRIDE, "frame_count": count, "cameras": {"head": camera}, "appearance": look}
+    about = {"schema": SCHEMA, "rate_hz": 10, "stride": STRIDE, "frame_count": count, "appearance": look}
+    about["cameras"] = {"head": camera}
     (folder / "appearance.json").write_text(json.dumps(about))
     for frame in range(count):
         Image.fromarray(np.full((48, 64, 3), shade + frame, np.uint8)).save(folder / "head" / f"{frame:06d}.png")

@@ -1,6 +1,7 @@
 """Trajectories become frames: in step with the states, repeatable, resumable."""
 
 import json
+import re
 import subprocess
 import sys
 import time
@@ -14,8 +15,9 @@ from towel_cell import write_inputs
 
 from sim1.episode import read_episode, write_episode
 from sim1.progress import listening
+from sim1.render.blender import NO_OPENGL, BlenderFailed
 from sim1.render.plan import plan_job
-from sim1.render.stage import RenderConfig, check_rendered_episodes, rendered_episodes
+from sim1.render.stage import RenderConfig, check_rendered_episodes, check_source_appearance, rendered_episodes
 from sim1.stage import BadInput
 
 CONFIG = RenderConfig(width=48, height=36, samples=2, rate_hz=15, variants=2, threads=1, device="cpu")
@@ -80,6 +82,7 @@ def plan(inputs, out: Path, config: RenderConfig):
         trajectories=inputs["valid_trajectories"]["towel"],
         mesh=inputs["garment_mesh"]["towel"],
         scene=inputs["scene"]["towel"],
+        appearance=inputs["appearance"]["towel"],
         garment="towel",
         out=out,
         folder=out.with_suffix(".job"),
@@ -98,6 +101,96 @@ def test_another_seed_gives_another_look_and_removes_the_frames_of_the_old_one(i
     plan(inputs, tmp_path / "out", RenderConfig(**{**CONFIG.__dict__, "seed": 1}))
     assert not frame.exists()
     assert (tmp_path / "out/episodes/0000/v1/appearance.json").read_text() != before
+
+
+def with_frames(out: Path, job) -> dict[str, Path]:
+    """A stand-in for the first frame of every clip: clip -> file."""
+    files = {}
+    for clip in job.clips:
+        files[clip.key] = job.frame_path(out, clip, "head", 0)
+        files[clip.key].parent.mkdir(parents=True, exist_ok=True)
+        files[clip.key].write_bytes(b"a frame")
+    return files
+
+
+def test_a_changed_fabric_costs_the_frames_that_show_it_and_no_others(inputs, tmp_path):
+    many = RenderConfig(**{**CONFIG.__dict__, "variants": 24, "scanned_share": 0.5})
+    out = tmp_path / "out"
+    job = plan(inputs, out, many)
+    frames = with_frames(out, job)
+    shown = {clip.key: clip.appearance.fabric.name for clip in job.clips}
+    changed = next(name for name in shown.values() if name != "scanned")
+    file = inputs["appearance"]["towel"] / "fabrics.yaml"
+    head, name, entry = file.read_text().partition(f"  {changed}:")
+    file.write_text(head + name + re.sub(r"sheen: .*", "sheen: 0.9", entry, count=1))
+    plan(inputs, out, many)
+    assert {key for key, path in frames.items() if not path.exists()} == {
+        key for key, name in shown.items() if name == changed
+    }
+
+
+@pytest.mark.parametrize(
+    "change", [{"samples": 3}, {"engine": "workbench"}, {"width": 50}, {"seed": 7}, {"denoise": False}]
+)
+def test_frames_that_other_settings_made_are_not_kept(inputs, tmp_path, change):
+    out = tmp_path / "out"
+    config = RenderConfig(**{**CONFIG.__dict__, "scanned_share": 1.0})
+    frames = with_frames(out, plan(inputs, out, config))
+    plan(inputs, out, RenderConfig(**{**config.__dict__, **change}))
+    assert not any(path.exists() for path in frames.values())
+
+
+def test_what_an_earlier_rendering_left_of_other_episodes_and_appearances_is_removed(inputs, tmp_path):
+    out = tmp_path / "out"
+    with_frames(out, plan(inputs, out, RenderConfig(**{**CONFIG.__dict__, "variants": 3})))
+    (out / "episodes/0007/v0").mkdir(parents=True)
+    plan(inputs, out, CONFIG)
+    assert sorted(path.relative_to(out).as_posix() for path in out.glob("episodes/*/v*")) == [
+        "episodes/0000/v0",
+        "episodes/0000/v1",
+    ]
+    assert not (out / "episodes/0007").exists()
+
+
+def test_what_was_drawn_is_recorded_by_name(inputs, tmp_path):
+    out = tmp_path / "out"
+    job = plan(inputs, out, CONFIG)
+    about = json.loads((out / "episodes/0000/v1/appearance.json").read_text())
+    look = job.clips[1].appearance
+    assert about["schema"] == "sim1.appearance/2"
+    assert about["engine"] == "cycles"
+    recorded = about["appearance"]
+    assert (recorded["fabric"]["name"], recorded["table"]["name"], recorded["room"]["name"]) == (
+        look.fabric.name,
+        look.table.name,
+        look.room.name,
+    )
+    assert recorded["room"]["name"].count("-") == 2
+
+
+def test_the_preview_engine_gives_the_same_frames_twice_and_shows_the_garment(inputs, tmp_path):
+    config = RenderConfig(**{**CONFIG.__dict__, "engine": "workbench", "scanned_share": 1.0, "variants": 1})
+    try:
+        render(inputs, tmp_path / "a", config)
+    except BlenderFailed as error:
+        if NO_OPENGL in str(error):
+            pytest.skip(NO_OPENGL)
+        raise
+    render(inputs, tmp_path / "b", config)
+    assert contents(tmp_path / "a") == contents(tmp_path / "b")
+    image = np.asarray(Image.open(tmp_path / "a/episodes/0000/v0/head/000000.png"), float)
+    assert (image[..., 0] - image[..., 2])[18, 24] > 30  # the towel is red
+    findings = check_rendered_episodes(tmp_path / "a")
+    assert all(finding.passed for finding in findings), findings
+
+
+def test_a_fault_in_the_looks_is_told_before_anything_is_rendered(inputs, tmp_path):
+    file = inputs["appearance"]["towel"] / "tables.yaml"
+    file.write_text(file.read_text().replace("kind: veins", "kind: vains", 1))
+    with pytest.raises(BadInput, match=r"tables\.yaml: tables\.white_marble\.figure\.kind is 'vains'"):
+        check_source_appearance(file.parent)
+    with pytest.raises(BadInput, match="vains"):
+        render(inputs, tmp_path / "out")
 
 
 def test_cloth_that_rests_in_the_table_top_by_a_contact_radius_is_drawn_above_it(inputs, tmp_path):

@@ -10,7 +10,9 @@ from PIL import Image
 from sim1.episode import ARMS, RATE_HZ, Episode, write_episode
 from sim1.scene.description import Camera, Scene, write_scene
 
-URDF = Path(__file__).parents[2] / "data" / "robot" / "robot.urdf"
+DATA = Path(__file__).parents[2] / "data"
+URDF = DATA / "robot" / "robot.urdf"
+LOOKS = DATA / "appearance"
 GRID = 12
 
 
@@ -63,7 +65,7 @@ def episode(frame_count: int) -> Episode:
 
 
 def write_inputs(folder: Path, frame_count: int = 7) -> dict[str, dict[str, Path]]:
-    """Artifacts that the stage needs, of one garment."""
+    """Artifacts that the stage needs, of one garment, and a copy of the shipped looks."""
     mesh, scene, trajectories = (folder / name for name in ("mesh", "scene", "trajectories"))
     for path in (mesh, scene, trajectories):
         path.mkdir()
@@ -100,4 +102,10 @@ def write_inputs(folder: Path, frame_count: int = 7) -> dict[str, dict[str, Path
         ),
     )
     write_episode(trajectories / "episodes" / "0000", episode(frame_count))
-    return {"garment_mesh": {"towel": mesh}, "scene": {"towel": scene}, "valid_trajectories": {"towel": trajectories}}
+    shutil.copytree(LOOKS, folder / "appearance")
+    return {
+        "garment_mesh": {"towel": mesh},
+        "scene": {"towel": scene},
+        "valid_trajectories": {"towel": trajectories},
+        "appearance": {"towel": folder / "appearance"},
+    }

@@ -4,6 +4,7 @@ import json
 import shutil
 import tempfile
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +20,10 @@ from sim1.policy.image.shifts import shifted_looks
 from sim1.progress import within
 from sim1.render.appearance import Appearance
 from sim1.render.blender import run_blender
+from sim1.render.looks.draw import read_looks
 from sim1.render.plan import plan_job
 from sim1.render.stage import RenderConfig
-from sim1.stage import BadInput, Inputs, random_stream
+from sim1.stage import BadInput, Inputs, only, random_stream
 
 RENDERING_SHARE = 0.95  # of the progress; the rest is the video encoder's
 
@@ -55,7 +57,7 @@ def write_views(
     left there are not rendered again.
 
     Args:
-        inputs: with `dataset`, `rendered_episodes`, `garment_mesh` and `scene`.
+        inputs: with `dataset`, `rendered_episodes`, `garment_mesh`, `scene` and the files of looks, `appearance`.
         chosen: trajectories to render.
         train: clips whose looks are those of training.
         out: the artifact's folder.
@@ -100,23 +102,23 @@ def _render(
     trained = [
         _about(rendered, clip.trajectory.name, clip.appearance) for clip in train if clip.trajectory.garment == garment
     ]
-    looks = {}
+    known, shown = read_looks(only(inputs, "appearance")), {}
     for name in names:
-        stream = random_stream(seed, "look", garment, name)
-        seen = trained[int(stream.integers(len(trained)))]
+        seen = trained[int(random_stream(seed, "look", garment, name).integers(len(trained)))]
         base = TypeAdapter(Appearance).validate_python(seen["appearance"])
-        looks[name] = tuple(shifted_looks(base, stream, viewpoint_rad).values())
+        chance = partial(random_stream, seed, "look", garment, name)
+        shown[name] = tuple(shifted_looks(base, chance, known, viewpoint_rad).values())
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         job = plan_job(
             trajectories=rendered,
             mesh=inputs["garment_mesh"][garment],
             scene=inputs["scene"][garment],
+            choice=lambda name, mean: shown.get(name, ()),
             garment=garment,
             out=out,
             folder=Path(folder),
             config=_rendered_like(trained[0], seed, stride),
-            looks=looks,
         )
         if job.frame_count:
             run_blender(Path(folder), out)

@@ -1,0 +1,107 @@
+"""Drawing an appearance from the files of looks: one fabric, one table, one room.
+
+A name is drawn by giving every name a random number of its own and taking the largest, so that another entry's change or
+addition leaves most appearances as they were, and their frames with them.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from sim1.render.appearance import SCANNED, Appearance, Color, Fabric, Table
+from sim1.render.looks import cloth_colors, surface_colors
+from sim1.render.looks.fabrics import FabricEntry, read_fabrics
+from sim1.render.looks.rooms import RoomEntry, read_rooms
+from sim1.render.looks.surfaces import TableEntry, read_tables
+from sim1.stage import BadInput
+
+FILES = ("fabrics.yaml", "tables.yaml", "rooms.yaml")
+MIN_CONTRAST = 0.3  # between the means of garment and table, sRGB distance: the garment has to be seen
+TRIES = 6  # of colours for one table before the next one is tried
+
+type Chance = Callable[..., np.random.Generator]
+"""Random stream for a purpose: `sim1.stage.random_stream` with everything but the last names given."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Looks:
+    """Everything that can be drawn."""
+
+    folder: Path
+    fabrics: tuple[FabricEntry, ...]
+    scanned: FabricEntry
+    tables: tuple[TableEntry, ...]
+    rooms: tuple[RoomEntry, ...]
+
+
+class Named(Protocol):
+    """Whatever has a name."""
+
+    name: str
+
+
+def read_looks(folder: Path) -> Looks:
+    """Read `fabrics.yaml`, `tables.yaml` and `rooms.yaml` of a folder.
+
+    Raises:
+        BadInput: a file or an entry is at fault; names entry, key, value and remedy.
+    """
+    fabrics, scanned = read_fabrics(folder / FILES[0])
+    tables, rooms = read_tables(folder / FILES[1]), read_rooms(folder / FILES[2])
+    return Looks(folder=folder, fabrics=fabrics, scanned=scanned, tables=tables, rooms=rooms)
+
+
+def draw_appearance(
+    chance: Chance, looks: Looks, *, scanned: Color, scanned_share: float, elevation_jitter_rad: float
+) -> Appearance:
+    """Draw a look in which the garment stands out from the table.
+
+    Args:
+        chance: source of randomness.
+        looks: what there is to draw from.
+        scanned: mean sRGB colour of the garment's measured texture.
+        scanned_share: probability in [0, 1] of keeping that texture.
+        elevation_jitter_rad: largest change of the head camera's elevation.
+
+    Raises:
+        BadInput: no table stands out from the fabric that was drawn.
+    """
+    if chance("keep").random() < scanned_share:
+        fabric = looks.scanned.draw(chance("fabric", SCANNED), (scanned,) * 3)
+    else:
+        chosen = _shuffled(looks.fabrics, chance, "fabric")[0]
+        fabric = chosen.draw(chance("fabric", chosen.name))
+    room = _shuffled(looks.rooms, chance, "room")[0]
+    return Appearance(
+        fabric=fabric,
+        table=_draw_table(chance, looks, fabric),
+        room=room.draw(chance("room", room.name)),
+        elevation_offset_rad=float(chance("camera").uniform(-elevation_jitter_rad, elevation_jitter_rad)),
+    )
+
+
+def contrast(fabric: Fabric, table: Table) -> float:
+    """Distance between the mean sRGB colours that both show."""
+    shown = cloth_colors.mean_color(fabric), surface_colors.mean_color(table.surface)
+    return float(np.linalg.norm(np.subtract(*shown)))
+
+
+def _draw_table(chance: Chance, looks: Looks, fabric: Fabric) -> Table:
+    for entry in _shuffled(looks.tables, chance, "table"):
+        stream = chance("table", entry.name)
+        for _ in range(TRIES):
+            table = entry.draw(stream)
+            if contrast(fabric, table) >= MIN_CONTRAST:
+                return table
+    raise BadInput(
+        f"{looks.folder / FILES[1]}: no table stands out by {MIN_CONTRAST:g} (distance of mean sRGB colours) from fabric "
+        f"{fabric.name} of mean colour {', '.join(f'{value:.2f}' for value in cloth_colors.mean_color(fabric))}; "
+        "add a dark and a bright table"
+    )
+
+
+def _shuffled[T: Named](entries: Iterable[T], chance: Chance, what: str) -> list[T]:
+    return sorted(entries, key=lambda entry: (-chance(what, "choice", entry.name).random(), entry.name))

@@ -1,0 +1,255 @@
+"""Fabrics, tables and rooms are what the files say, and what is drawn from them can be told apart."""
+
+import re
+import shutil
+from collections import Counter
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from towel_cell import LOOKS
+
+from sim1.render.appearance import SCANNED
+from sim1.render.looks.draw import FILES, MIN_CONTRAST, Looks, contrast, draw_appearance, read_looks
+from sim1.stage import BadInput, random_stream
+
+COLORS = st.tuples(*[st.floats(0.0, 1.0)] * 3)
+GREY = (0.5, 0.5, 0.5)
+
+
+@cache
+def shipped() -> Looks:
+    return read_looks(LOOKS)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A copy of the shipped looks that a test may edit."""
+    return Path(shutil.copytree(LOOKS, tmp_path / "appearance"))
+
+
+def edit(folder: Path, file: str, old: str, new: str) -> None:
+    text = (folder / file).read_text()
+    assert text.count(old) >= 1, old
+    (folder / file).write_text(text.replace(old, new, 1))
+
+
+def draw(looks: Looks, number: int, *, scanned=GREY, share=0.0):
+    chance = partial(random_stream, 0, "appearance", "towel", number)
+    return draw_appearance(chance, looks, scanned=scanned, scanned_share=share, elevation_jitter_rad=0.09)
+
+
+def test_the_shipped_files_hold_as_many_looks_as_the_paper_names():
+    looks = shipped()
+    assert (len(looks.fabrics), len(looks.tables), len(looks.rooms)) == (28, 17, 90)
+    names = [entry.name for entry in (*looks.fabrics, *looks.tables, *looks.rooms)]
+    assert len(set(names)) == 28 + 17 + 90
+    assert "kitchen-low_sun-cool_tiles" in names
+
+
+@settings(deadline=None)
+@given(number=st.integers(0, 10_000), scanned=COLORS, share=st.sampled_from([0.0, 0.5, 1.0]))
+def test_the_garment_always_stands_out_from_the_table(number, scanned, share):
+    look = draw(shipped(), number, scanned=scanned, share=share)
+    assert contrast(look.fabric, look.table) >= MIN_CONTRAST
+    assert abs(look.elevation_offset_rad) <= 0.09
+    assert (look.fabric.name == SCANNED) or share < 1.0
+
+
+@pytest.mark.parametrize("index", range(28))
+def test_every_fabric_finds_a_table_that_it_stands_out_from(index):
+    looks = shipped()
+    alone = Looks(
+        folder=looks.folder,
+        fabrics=looks.fabrics[index : index + 1],
+        scanned=looks.scanned,
+        tables=looks.tables,
+        rooms=looks.rooms,
+    )
+    for number in range(4):
+        look = draw(alone, number)
+        assert look.fabric.name == looks.fabrics[index].name
+        assert contrast(look.fabric, look.table) >= MIN_CONTRAST
+
+
+def test_every_name_is_drawn_and_none_much_oftener_than_another():
+    looks = [draw(shipped(), number) for number in range(280)]
+    fabrics = Counter(look.fabric.name for look in looks)
+    assert len(fabrics) == 28
+    assert max(fabrics.values()) < 30  # 10 are expected of each
+    assert len({look.table.name for look in looks}) == 17
+    assert len({look.room.name for look in looks}) > 75  # 86 of 90 are expected in 280 draws
+
+
+def test_an_appearance_is_a_function_of_its_chance():
+    assert draw(shipped(), 3) == draw(shipped(), 3)
+    assert draw(shipped(), 3) != draw(shipped(), 4)
+
+
+def test_a_changed_fabric_changes_the_appearances_that_show_it_and_no_others(folder):
+    before = [draw(shipped(), number) for number in range(60)]
+    edit(folder, "fabrics.yaml", "share: [0.12, 0.3]", "share: [0.13, 0.3]")  # of the polka dots
+    edited = read_looks(folder)
+    after = [draw(edited, number) for number in range(60)]
+    changed = {old.fabric.name for old, new in zip(before, after) if old != new}
+    assert changed == {"polka_dots"}
+
+
+def test_a_new_fabric_takes_its_share_of_the_appearances_and_leaves_the_others(folder):
+    before = [draw(shipped(), number) for number in range(120)]
+    text = (folder / "fabrics.yaml").read_text()
+    start = text.index("  poplin:")
+    poplin = text[start : text.index("  canvas:")]
+    (folder / "fabrics.yaml").write_text(text + poplin.replace("poplin", "batiste"))
+    edited = read_looks(folder)
+    after = [draw(edited, number) for number in range(120)]
+    changed = [new.fabric.name for old, new in zip(before, after) if old != new]
+    assert set(changed) == {"batiste"}
+    assert len(changed) < 20
+
+
+def test_without_a_table_that_stands_out_the_files_are_at_fault(folder):
+    text = (folder / "tables.yaml").read_text()
+    start = text.index("  concrete:")
+    (folder / "tables.yaml").write_text(
+        text[: text.index("tables:\n") + 8] + text[start : text.index("  brushed_steel:")]
+    )
+    with pytest.raises(BadInput, match=r"tables\.yaml: no table stands out by 0\.3.*scanned.*0\.5.*add a dark"):
+        draw(read_looks(folder), 0, share=1.0)
+
+
+FAULTS = {
+    "a key is misspelt": (
+        "fabrics.yaml",
+        "sheen: [0.0, 0.15]",
+        "shine: [0.0, 0.15]",
+        r"fabrics\.poplin\.shine is \[0\.0, 0\.15\]: the key 'shine' is unknown; remove it, or write one of .*sheen",
+    ),
+    "a key is missing": (
+        "fabrics.yaml",
+        "    roughness: [0.6, 0.8]\n",
+        "",
+        r"fabrics\.poplin is .*: the key 'roughness' is missing; add it",
+    ),
+    "a number is out of range": (
+        "fabrics.yaml",
+        "roughness: [0.6, 0.8]",
+        "roughness: [0.6, 1.8]",
+        r"fabrics\.poplin\.roughness is \[0\.6, 1\.8\]: expected a number or \[low, high\] within 0 to 1",
+    ),
+    "a range is upside down": (
+        "fabrics.yaml",
+        "roughness: [0.6, 0.8]",
+        "roughness: [0.8, 0.6]",
+        r"fabrics\.poplin\.roughness is \[0\.8, 0\.6\]: expected a number or \[low, high\]",
+    ),
+    "a truth value stands for a number": (
+        "fabrics.yaml",
+        "roughness: [0.6, 0.8]",
+        "roughness: yes",
+        r"fabrics\.poplin\.roughness is True: expected a number",
+    ),
+    "a kind is unknown": (
+        "fabrics.yaml",
+        "{kind: checks,",
+        "{kind: chequers,",
+        r"fabrics\.gingham\.pattern\.kind is 'chequers': there is no such pattern; write kind: plain, stripes, checks",
+    ),
+    "a block has a number of another kind": (
+        "fabrics.yaml",
+        "weave: {kind: satin}",
+        "weave: {kind: satin, over: 2}",
+        r"fabrics\.satin\.weave\.over is 2: the key 'over' is unknown",
+    ),
+    "a pattern shows more colours than there are": (
+        "fabrics.yaml",
+        "    pattern: {kind: tartan",
+        "      - {hue_deg: 0, saturation: 0, value: 1}\n    pattern: {kind: tartan",
+        r"fabrics\.tartan\.colors is .*: expected a list of 1 to 3 entries",
+    ),
+    "the weft has a colour that is not there": (
+        "fabrics.yaml",
+        "shade: [0.03, 0.1]\n    weft: 0.0",
+        "shade: [0.03, 0.1]\n    weft: 0.5",
+        r"fabrics\.poplin\.colors is .*: 1 colours, and weft shows 2; add 1",
+    ),
+    "a name occurs twice": ("fabrics.yaml", "  canvas:\n", "  poplin:\n", r"'poplin' occurs twice line 32"),
+    "a fabric takes the measured texture's name": (
+        "fabrics.yaml",
+        "  canvas:\n",
+        "  scanned:\n",
+        r"fabrics\.scanned is .*this name is the measured texture's; give another",
+    ),
+    "the measured texture gets a weft": (
+        "fabrics.yaml",
+        "weft: 0.0",
+        "weft: 0.2",
+        r"scanned\.weft is 0\.2: a measured texture has no second colour; write 0",
+    ),
+    "another schema": ("tables.yaml", "sim1.table_looks/1", "sim1.table_looks/9", r"schema is 'sim1\.table_looks/9'"),
+    "a hue is no number": (
+        "tables.yaml",
+        "hue_deg: [32, 40]",
+        "hue_deg: brown",
+        r"tables\.light_oak\.colors\.0\.hue_deg is 'brown': expected a number",
+    ),
+    "a table is empty": (
+        "tables.yaml",
+        "  walnut:\n",
+        "  beech:\n  walnut:\n",
+        r"tables\.beech is None: expected lines",
+    ),
+    "a piece of furniture is unknown": (
+        "rooms.yaml",
+        "{kind: sofa,",
+        "{kind: settee,",
+        r"layouts\.living_room\.furniture\.1\.kind is 'settee': there is no such furniture; write kind: cabinet, desk",
+    ),
+    "a light is sure of no source": (
+        "rooms.yaml",
+        "{kind: ambient, count: 1, share: [0.5, 0.9], hue_deg: [20, 35]",
+        "{kind: ambient, count: [0, 1], share: [0.5, 0.9], hue_deg: [20, 35]",
+        r"lights\.evening_lamps\.glows is .*: no glow is always there; give one a count of 1",
+    ),
+    "a floor's joints are unknown": (
+        "rooms.yaml",
+        "joints: {kind: tiles,",
+        "joints: {kind: bricks,",
+        r"palettes\.cool_tiles\.floor\.joints\.kind is 'bricks': there is no such joints; write kind: none, planks, tiles",
+    ),
+    "two colours for three sorts of furniture": (
+        "rooms.yaml",
+        "      - {hue_deg: [80, 130], saturation: [0.2, 0.5], value: [0.15, 0.4]}\n",
+        "",
+        r"palettes\.warm_wood\.furniture is .*: expected a list of 3 to 3 entries",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_fault_is_named_with_file_entry_key_value_and_remedy(folder, name):
+    file, old, new, said = FAULTS[name]
+    edit(folder, file, old, new)
+    with pytest.raises(BadInput, match=rf"(?s){re.escape(file)}: .*{said}"):
+        read_looks(folder)
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_a_missing_file_is_named(folder, file):
+    (folder / file).unlink()
+    with pytest.raises(BadInput, match=rf"{file}: cannot be read"):
+        read_looks(folder)
+
+
+def test_drawn_numbers_lie_in_the_entry_s_ranges():
+    gingham = next(fabric for fabric in shipped().fabrics if fabric.name == "gingham")
+    drawn = [gingham.draw(np.random.default_rng(number)) for number in range(50)]
+    periods = [fabric.pattern.values["period_m"] for fabric in drawn]
+    assert min(periods) >= 0.02
+    assert max(periods) <= 0.05
+    assert np.ptp(periods) > 0.02
+    assert {fabric.pattern.values["share"] for fabric in drawn} == {0.5}
+    assert all(max(fabric.colors[0]) >= 0.9 for fabric in drawn)
