@@ -10,6 +10,7 @@ import typer
 from assets_defs._dataset import dataset
 from assets_defs._diagnose import diagnose, predict
 from assets_defs._generate import generate
+from assets_defs._looks import looks
 from assets_defs._open import open_home, stop
 from assets_defs._prove import prove
 from assets_defs._recordings import recordings
@@ -29,6 +30,7 @@ app.command()(diagnose)
 app.command()(predict)
 app.command()(prove)
 app.command()(generate)
+app.command()(looks)
 app.command()(replay)
 
 Profile = Annotated[
