@@ -3,6 +3,7 @@
 import re
 import shutil
 from collections import Counter
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 from towel_cell import LOOKS
 
 from sim1.render.appearance import SCANNED
-from sim1.render.looks.draw import FILES, MIN_CONTRAST, Looks, contrast, draw_appearance, read_looks
+from sim1.render.looks.draw import FILES, MIN_CONTRAST, Looks, contrast, draw_appearance, read_looks, stands_out
 from sim1.stage import BadInput, random_stream
 
 COLORS = st.tuples(*[st.floats(0.0, 1.0)] * 3)
@@ -55,8 +56,30 @@ def test_the_shipped_files_hold_as_many_looks_as_the_paper_names():
 def test_the_garment_always_stands_out_from_the_table(number, scanned, share):
     look = draw(shipped(), number, scanned=scanned, share=share)
     assert contrast(look.fabric, look.table) >= MIN_CONTRAST
+    assert stands_out(look.fabric, look.table)
     assert abs(look.elevation_offset_rad) <= 0.09
     assert (look.fabric.name == SCANNED) or share < 1.0
+
+
+def test_dots_that_stand_out_on_cloth_that_does_not_are_not_enough():
+    polka, lacquer = (
+        next(entry for entry in entries if entry.name == name).draw(np.random.default_rng(0))
+        for entries, name in ((shipped().fabrics, "polka_dots"), (shipped().tables, "white_lacquer"))
+    )
+    red, white = (0.8, 0.1, 0.1), (0.95, 0.95, 0.95)
+    pattern = replace(polka.pattern, values={"period_m": 0.04, "share": 0.35})
+    dotted = replace(polka, colors=(white, red, red), pattern=pattern)
+    lacquer = replace(lacquer, surface=replace(lacquer.surface, colors=(white,) * 3))
+    assert contrast(dotted, lacquer) > MIN_CONTRAST
+    assert not stands_out(dotted, lacquer)
+    assert stands_out(replace(dotted, colors=(red, white, white)), lacquer)
+
+
+def test_metal_has_to_stand_out_however_dark_the_room_is_that_it_mirrors():
+    steel = next(table for table in shipped().tables if table.name == "brushed_steel").draw(np.random.default_rng(0))
+    fabric = shipped().scanned.draw(np.random.default_rng(0), ((0.32, 0.32, 0.33),) * 3)
+    lacquer = replace(steel, surface=replace(steel.surface, metallic=0.0))
+    assert contrast(fabric, lacquer) > 1.5 * MIN_CONTRAST > contrast(fabric, steel)
 
 
 @pytest.mark.parametrize("index", range(28))
@@ -72,7 +95,7 @@ def test_every_fabric_finds_a_table_that_it_stands_out_from(index):
     for number in range(4):
         look = draw(alone, number)
         assert look.fabric.name == looks.fabrics[index].name
-        assert contrast(look.fabric, look.table) >= MIN_CONTRAST
+        assert stands_out(look.fabric, look.table)
 
 
 def test_every_name_is_drawn_and_none_much_oftener_than_another():

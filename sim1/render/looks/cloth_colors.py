@@ -21,13 +21,18 @@ def cloth_colors(fabric: Fabric, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.clip(DYES.make(fabric.dye, color, u, v, palette, fabric.seed), 0.0, 1.0)
 
 
-def mean_color(fabric: Fabric) -> Color:
-    """Mean sRGB colour that the fabric shows, shade and weft of its weave included."""
+def shown_colors(fabric: Fabric) -> np.ndarray:
+    """Colours (n, 3) that places all over the fabric show from afar, shade and weft of its weave included."""
     height, weft = weave_tile(fabric.weave, TILE_POINTS)
     if fabric.name == SCANNED:
-        color = np.array(fabric.colors[0])
+        color = np.array(fabric.colors[:1])
     else:
         place = (np.arange(MEAN_POINTS) + 0.5) * SIZE_M / MEAN_POINTS - 0.5 * SIZE_M
-        color = cloth_colors(fabric, *np.meshgrid(place, place)).mean(axis=(0, 1))
+        color = cloth_colors(fabric, *np.meshgrid(place, place)).reshape(-1, 3)
     color = color + fabric.weft * weft.mean() * (np.array(fabric.colors[1]) - color)
-    return tuple((color * (1.0 - fabric.shade * (1.0 - height.mean()))).tolist())
+    return color * (1.0 - fabric.shade * (1.0 - height.mean()))
+
+
+def mean_color(fabric: Fabric) -> Color:
+    """Mean sRGB colour that the fabric shows."""
+    return tuple(shown_colors(fabric).mean(axis=0).tolist())

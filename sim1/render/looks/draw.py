@@ -20,6 +20,9 @@ from sim1.stage import BadInput
 
 FILES = ("fabrics.yaml", "tables.yaml", "rooms.yaml")
 MIN_CONTRAST = 0.3  # between the means of garment and table, sRGB distance: the garment has to be seen
+MIN_PLACE_CONTRAST = 0.2  # between the means of table and of a place of the garment, in a share of places of at least
+MIN_SHARE = 0.6
+MIRROR_DIMS = 0.5  # metal shows the room: by up to so much darker than a sheet of its colour
 TRIES = 6  # of colours for one table before the next one is tried
 
 type Chance = Callable[..., np.random.Generator]
@@ -84,9 +87,24 @@ def draw_appearance(
 
 
 def contrast(fabric: Fabric, table: Table) -> float:
-    """Distance between the mean sRGB colours that both show."""
-    shown = cloth_colors.mean_color(fabric), surface_colors.mean_color(table.surface)
-    return float(np.linalg.norm(np.subtract(*shown)))
+    """Distance between the mean sRGB colours that both show; of metal, the least for whatever it may mirror."""
+    return float(_distances(np.array(cloth_colors.mean_color(fabric)), table))
+
+
+def stands_out(fabric: Fabric, table: Table) -> bool:
+    """Whether the garment can be seen: its mean differs from the table's, and so does most of it, not its dots alone."""
+    shown = cloth_colors.shown_colors(fabric)
+    return bool(
+        _distances(shown.mean(axis=0), table) >= MIN_CONTRAST
+        and (_distances(shown, table) >= MIN_PLACE_CONTRAST).mean() >= MIN_SHARE
+    )
+
+
+def _distances(colors: np.ndarray, table: Table) -> np.ndarray:
+    """Distances (...) of colours (..., 3) from what the table shows."""
+    brightness = np.linspace(1.0 - MIRROR_DIMS * table.surface.metallic, 1.0, 6)
+    shown = brightness[:, None] * surface_colors.mean_color(table.surface)
+    return np.linalg.norm(colors[..., None, :] - shown, axis=-1).min(axis=-1)
 
 
 def _draw_table(chance: Chance, looks: Looks, fabric: Fabric) -> Table:
@@ -94,7 +112,7 @@ def _draw_table(chance: Chance, looks: Looks, fabric: Fabric) -> Table:
         stream = chance("table", entry.name)
         for _ in range(TRIES):
             table = entry.draw(stream)
-            if contrast(fabric, table) >= MIN_CONTRAST:
+            if stands_out(fabric, table):
                 return table
     raise BadInput(
         f"{looks.folder / FILES[1]}: no table stands out by {MIN_CONTRAST:g} (distance of mean sRGB colours) from fabric "
