@@ -39,6 +39,7 @@ class Shelf:
     target_m: tuple[float, float, float]
     fy_over_height: float
     columns: int
+    share: float = 1.0  # of the width that is asked for: ninety pictures are smaller than seventeen
 
 
 def write_sheet(shelf: Shelf, path: Path, config: RenderConfig) -> None:
@@ -53,7 +54,9 @@ def write_sheet(shelf: Shelf, path: Path, config: RenderConfig) -> None:
         BlenderFailed: Blender's process could not finish.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    _sheet(_rendered(shelf, config), shelf.columns).save(path, format="PNG", optimize=True)
+    width = 2 * round(shelf.share * config.width / 2)
+    sized = replace(config, width=width, height=2 * round(width * config.height / config.width / 2))
+    _sheet(_rendered(shelf, sized), shelf.columns).save(path, format="PNG", optimize=True)
 
 
 def shelves(looks: Looks, seed: int) -> dict[str, Shelf]:
@@ -66,9 +69,9 @@ def shelves(looks: Looks, seed: int) -> dict[str, Shelf]:
     return {
         "fabrics": Shelf(
             appearances=drawn("fabric", looks.fabrics, lambda fabric: look(fabric=fabric)),
-            eye_m=(-0.42, -0.12, 0.46),
-            target_m=(-0.01, 0.0, 0.0),
-            fy_over_height=1.4,
+            eye_m=(-0.4, -0.12, 0.46),
+            target_m=(0.02, -0.02, 0.0),
+            fy_over_height=2.1,
             columns=7,
         ),
         "tables": Shelf(
@@ -84,6 +87,7 @@ def shelves(looks: Looks, seed: int) -> dict[str, Shelf]:
             target_m=(0.5, 0.0, -0.2),
             fy_over_height=0.75,
             columns=10,
+            share=0.7,
         ),
     }
 

@@ -198,3 +198,10 @@ def test_clean_removes_leftovers_and_orphans_and_nothing_else(made):
     assert made.run().made == {}
     assert made.command("clean", "--select", "model", "--garment", "towel", "--yes").returncode == 0
     assert list(made.run().made) == ["model/towel"]
+
+
+def test_a_fault_in_the_files_of_looks_is_one_line_before_anything_is_rendered(project):
+    answer = project.command("looks", "--out", "pictures")
+    assert answer.returncode == 2
+    assert "sim1: data/appearance/fabrics.yaml: cannot be read" in answer.stderr
+    assert not (project.root / "pictures").exists()
