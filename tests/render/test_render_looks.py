@@ -231,6 +231,12 @@ FAULTS = {
         "{kind: settee,",
         r"layouts\.living_room\.furniture\.1\.kind is 'settee': there is no such furniture; write kind: cabinet, desk",
     ),
+    "two rooms could have one name": (
+        "rooms.yaml",
+        "  living_room:\n",
+        "  living-room:\n",
+        r"layouts\.living-room is .*: the name 'living-room' has the '-' that joins names; write '_' in its place",
+    ),
     "a light is sure of no source": (
         "rooms.yaml",
         "{kind: ambient, count: 1, share: [0.5, 0.9], hue_deg: [20, 35]",

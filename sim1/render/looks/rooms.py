@@ -16,6 +16,7 @@ from sim1.render.looks.sky import GLOWS
 from sim1.render.looks.surfaces import SurfaceEntry, read_surface
 
 SCHEMA = "sim1.rooms/1"
+JOINT = "-"  # between the names of layout, light and palette
 ROOM_M: Limits = (3.0, 12.0)
 LEVEL: Limits = (0.05, 5.0)
 PLACE: dict[str, Limits] = {"bearing_deg": (-360.0, 360.0), "gap_m": (0.0, 4.0)}
@@ -87,13 +88,23 @@ def read_rooms(path: Path) -> tuple[RoomEntry, ...]:
         BadInput: the file or an entry is at fault; names entry, key, value and remedy.
     """
     top = read_entries(path, SCHEMA, "layouts", "lights", "palettes")
-    layouts = {name: _layout(entry) for name, entry in top["layouts"].named().items()}
-    lights = {name: _light(entry) for name, entry in top["lights"].named().items()}
-    palettes = {name: _palette(entry) for name, entry in top["palettes"].named().items()}
+    layouts, lights, palettes = (
+        {name: read(entry) for name, entry in _named(top[part]).items()}
+        for part, read in (("layouts", _layout), ("lights", _light), ("palettes", _palette))
+    )
     return tuple(
-        RoomEntry(name="-".join(names), layout=layouts[names[0]], light=lights[names[1]], palette=palettes[names[2]])
+        RoomEntry(name=JOINT.join(names), layout=layouts[names[0]], light=lights[names[1]], palette=palettes[names[2]])
         for names in product(layouts, lights, palettes)
     )
+
+
+def _named(entry: Entry) -> dict[str, Entry]:
+    """The parts' names; one with a hyphen could give two rooms the same name."""
+    found = entry.named()
+    for name, part in found.items():
+        if JOINT in name:
+            raise part.fault(f"the name {name!r} has the {JOINT!r} that joins names; write '_' in its place")
+    return found
 
 
 def _layout(entry: Entry) -> Layout:
