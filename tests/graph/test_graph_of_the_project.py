@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from conftest import Project, enter, furnish
 from test_graph_regeneration import changed_since
+from toy_home import Project, enter, furnish
 
 from assets_defs._recipe import Snapshot, label
 from pipeline.home import REPOSITORY
@@ -81,6 +81,7 @@ def test_a_changed_fabric_makes_the_frames_stale_and_what_is_made_from_them_and_
     assert {whole.graph.nodes[id_].stage.name for id_ in below - rendered} == {
         "dataset",
         "policy",
+        "image_policy",
         "scaling_report",
         "ablation_report",
         "cost_report",

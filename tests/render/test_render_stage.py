@@ -16,7 +16,7 @@ from towel_cell import write_inputs
 from sim1.episode import read_episode, write_episode
 from sim1.progress import listening
 from sim1.render.blender import NO_OPENGL, BlenderFailed
-from sim1.render.plan import plan_job
+from sim1.render.plan import drawn, plan_job
 from sim1.render.stage import RenderConfig, check_rendered_episodes, check_source_appearance, rendered_episodes
 from sim1.stage import BadInput
 
@@ -82,7 +82,7 @@ def plan(inputs, out: Path, config: RenderConfig):
         trajectories=inputs["valid_trajectories"]["towel"],
         mesh=inputs["garment_mesh"]["towel"],
         scene=inputs["scene"]["towel"],
-        appearance=inputs["appearance"]["towel"],
+        choice=drawn(inputs["appearance"]["towel"], "towel", config),
         garment="towel",
         out=out,
         folder=out.with_suffix(".job"),

@@ -14,7 +14,7 @@ from sim1.render.looks.blocks import Kinds, Limits
 from sim1.render.looks.colors import linear
 from sim1.render.looks.noise import step
 
-ELEVATION: Limits = (-10.0, 90.0)  # deg
+ELEVATION: Limits = (0.0, 90.0)  # deg; what lies below lights no table
 WIDTH: Limits = (6.0, 180.0)  # deg; a narrower one would fall between the picture's points
 SOFT_DEG = 2.0  # of an edge
 FLOOR_SHARE = 0.25  # of the light from above that a floor sends back
