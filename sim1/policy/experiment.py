@@ -11,7 +11,7 @@ import pandas as pd
 
 from sim1.picture_file import save_figure
 from sim1.policy.episodes import read_keypoints, read_rate_hz
-from sim1.policy.lessons import GENERATED, Lesson, ModelKey, none_because, read_lessons
+from sim1.policy.lessons import GENERATED, REAL, SIMULATED, Lesson, ModelKey, none_because, read_lessons
 from sim1.policy.model import SCHEMA, ChunkPolicy, save_policy
 from sim1.policy.pictures import draw_command, draw_trials
 from sim1.policy.rollout import Driving
@@ -31,7 +31,8 @@ STRIPS = 12  # shown
 
 def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     """Write models, `policy.json`, `open_loop.parquet`, `evaluation.parquet` and pictures into `out`."""
-    dataset, demos = only(inputs, "dataset"), inputs.get("real_demos", {})
+    dataset = only(inputs, "dataset")
+    demos = {SIMULATED: inputs.get("seed_demos", {}), REAL: inputs.get("real_demos", {})}
     rate_hz = read_rate_hz(dataset)
     lessons = read_lessons(dataset, demos, config)
     generated = lessons[0]
@@ -77,7 +78,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         "rate_hz": rate_hz,
         "seeds": list(config.seeds),
         "lessons": {lesson.kind: _told(lesson, config) for lesson in lessons},
-        "no_real_demonstrations": None if len(lessons) > 1 else none_because(demos),
+        "no_real_demonstrations": None if any(lesson.kind == REAL for lesson in lessons) else none_because(demos[REAL]),
         "training": asdict(plan),
         "driving": asdict(driving),
         "trial_duration_s": duration_s,
@@ -153,7 +154,7 @@ def _errors(models: Mapping[ModelKey, ChunkPolicy], lessons: Sequence[Lesson]) -
         }
         for key, model in models.items()
         for lesson in lessons
-        if key.trained_on in (lesson.kind, GENERATED)
+        if lesson.kind in (key.trained_on, REAL)
         for item in lesson.held_out
     ]
 
@@ -163,11 +164,12 @@ def _own(row: Mapping[str, object]) -> bool:
 
 
 def _told(lesson: Lesson, config: PolicyConfig) -> dict[str, object]:
+    wanted = {GENERATED: config.sizes, SIMULATED: config.simulated_sizes, REAL: config.real_sizes}
     return {
         "available_count": len(lesson.order),
         "held_out_count": len(lesson.held_out),
         "sizes": lesson.sizes,
-        "requested_sizes": list(config.sizes if lesson.kind == GENERATED else config.real_sizes),
+        "requested_sizes": list(wanted[lesson.kind]),
         "splits": [split.as_row(name) for name, split in lesson.splits.items()],
         "training_sets": {
             str(size): [f"{item.garment}/{item.name}" for item in lesson.order[:size]] for size in lesson.sizes

@@ -1,4 +1,4 @@
-"""What policies learn from: growing parts of the generated trajectories, and of the demonstrations in what plays reality."""
+"""What policies learn from: growing parts of the generated trajectories, and of the demonstrations in either world."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -14,14 +14,14 @@ from sim1.policy.split import GarmentSplit, nested_order, split_by_garment, usab
 from sim1.policy.stage import PolicyConfig
 from sim1.stage import BadInput, random_stream
 
-GENERATED, REAL = "generated", "real"
-KINDS = (GENERATED, REAL)  # `real`: demonstrated in the stand-in for reality
+GENERATED, SIMULATED, REAL = "generated", "simulated", "real"
+KINDS = (GENERATED, SIMULATED, REAL)  # demonstrated in the simulator, and in the stand-in for reality
 
 
 class ModelKey(NamedTuple):
     """One trained policy."""
 
-    trained_on: str  # GENERATED or REAL
+    trained_on: str  # one of KINDS
     size: int  # trajectories
     seed: int
 
@@ -41,8 +41,8 @@ class Lesson:
     splits: Mapping[str, GarmentSplit]
 
 
-def read_lessons(dataset: Path, demos: Mapping[str, Path], config: PolicyConfig) -> list[Lesson]:
-    """The generated trajectories of a dataset, and the real demonstrations (artifacts by garment) where there are any.
+def read_lessons(dataset: Path, demos: Mapping[str, Mapping[str, Path]], config: PolicyConfig) -> list[Lesson]:
+    """The generated trajectories of a dataset, and demonstrations (artifacts by kind and garment) where there are any.
 
     Raises:
         BadInput: files are damaged, or there is nothing to train on.
@@ -53,14 +53,15 @@ def read_lessons(dataset: Path, demos: Mapping[str, Path], config: PolicyConfig)
         raise BadInput(f"{dataset}: no trajectory to train on; generate more, or ask for sizes of at least 1")
     known = {item.garment for item in generated}
     stride = round(RATE_HZ / read_rate_hz(dataset))
-    real = [
-        item
-        for garment, folder in sorted(demos.items())
-        if garment in known
-        for item in _demonstrations(folder, garment, read_keypoints(dataset, garment), stride)
-    ]
-    lesson = _lesson(REAL, real, config.real_sizes, config)
-    return [*lessons, lesson] if lesson.sizes else lessons
+    for kind, sizes in ((SIMULATED, config.simulated_sizes), (REAL, config.real_sizes)):
+        shown = [
+            item
+            for garment, folder in sorted(demos[kind].items())
+            if garment in known
+            for item in _demonstrations(folder, garment, read_keypoints(dataset, garment), stride, kind)
+        ]
+        lessons.append(_lesson(kind, shown, sizes, config))
+    return [lesson for lesson in lessons if lesson.sizes]
 
 
 def none_because(demos: Mapping[str, Path]) -> str:
@@ -82,7 +83,7 @@ def _lesson(kind: str, items: Sequence[Trajectory], sizes: Sequence[int], config
     )
 
 
-def _demonstrations(folder: Path, garment: str, keypoints: np.ndarray, stride: int) -> list[Trajectory]:
+def _demonstrations(folder: Path, garment: str, keypoints: np.ndarray, stride: int, kind: str) -> list[Trajectory]:
     """Those that succeeded, at the dataset's rate."""
     found = []
     for path in episode_folders(folder):
@@ -99,7 +100,7 @@ def _demonstrations(folder: Path, garment: str, keypoints: np.ndarray, stride: i
             Trajectory(
                 garment=garment,
                 name=path.name,
-                sources=frozenset({f"real {path.name}"}),
+                sources=frozenset({f"{kind} {path.name}"}),
                 state=episode.state()[kept],
                 keypoints=points.reshape(len(points), -1),
                 action=episode.action()[kept],

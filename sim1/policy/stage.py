@@ -19,7 +19,8 @@ class PolicyConfig:
 
     seed: int = 0  # of the split, the order of the trajectories and the placements of the trials
     sizes: tuple[int, ...] = (2, 4, 8, 16)  # generated trajectories to train on; beyond what there is, all there is
-    real_sizes: tuple[int, ...] = (1, 2, 4)  # demonstrations in what plays reality, to compare with; empty: none
+    simulated_sizes: tuple[int, ...] = (4,)  # demonstrations in the simulator, to compare with; empty: none
+    real_sizes: tuple[int, ...] = (1, 2, 4)  # demonstrations in what plays reality, likewise
     seeds: tuple[int, ...] = (0, 1)  # one model per size and seed
     test_share: float = Field(0.25, gt=0, lt=1)  # of each garment's trajectories, wanted for the open-loop test
     steps: int = Field(1500, gt=0)  # gradient steps per model

@@ -12,6 +12,7 @@ from sim1.policy.trials import SIMULATOR, Bench
 VERTICES = 12
 CONFIG = PolicyConfig(
     sizes=(2, 4, 99),
+    simulated_sizes=(),
     seeds=(0, 1),
     steps=60,
     batch=32,

@@ -10,7 +10,7 @@ import pytest
 from made_up_cell import CONFIG, failed
 
 from sim1.episode import Episode, write_episode
-from sim1.policy.lessons import GENERATED, REAL
+from sim1.policy.lessons import GENERATED, KINDS, REAL
 from sim1.policy.model import load_policy, save_policy
 from sim1.policy.stage import (
     PolicyConfig,
@@ -56,26 +56,28 @@ def write_demonstrations(folder, trajectories):
     return folder
 
 
-def test_real_demonstrations_teach_beside_the_generated_ones_and_test_both(tmp_path, dataset, bench, trajectories):
+def test_demonstrations_of_either_world_teach_beside_the_generated_ones_and_real_ones_test_all(
+    tmp_path, dataset, bench, trajectories
+):
     towels = [item for item in trajectories if item.garment == "towel"]
     demos = {"towel": write_demonstrations(tmp_path / "demos", towels), "tshirt": tmp_path / "none"}
     (tmp_path / "none").mkdir()
     (tmp_path / "none" / "none.json").write_text('{"why": "nobody asked"}')
-    out = tmp_path / "p"
+    out, config = tmp_path / "p", replace(CONFIG, simulated_sizes=(2,), real_sizes=(1, 2))
     out.mkdir()
-    policy({"dataset": {"": dataset.path}, "real_demos": demos}, out, replace(CONFIG, real_sizes=(1, 2)))
+    policy({"dataset": {"": dataset.path}, "real_demos": demos, "seed_demos": demos}, out, config)
     assert failed(check_policy(out)) == []
     about = json.loads((out / "policy.json").read_text())
     assert about["lessons"][REAL]["sizes"] == [1, 2]  # four that succeeded, one kept to test
     tested = pd.read_parquet(out / "open_loop.parquet")
     pairs = set(tested[["trained_on", "tested_on"]].itertuples(index=False, name=None))
-    assert pairs == {(GENERATED, GENERATED), (GENERATED, REAL), (REAL, REAL)}
+    assert pairs == {(kind, tested) for kind in KINDS for tested in (kind, REAL)}
     real = tested[tested["tested_on"] == REAL]
     held = set(real["trajectory"])
     assert held.isdisjoint(name.split("/")[1] for name in about["lessons"][REAL]["training_sets"]["2"])
     assert held.isdisjoint({"0000"})  # it failed
     trials = pd.read_parquet(out / "evaluation.parquet")
-    assert set(trials["trained_on"]) == {GENERATED, REAL}
+    assert set(trials["trained_on"]) == set(KINDS)
 
 
 def test_without_real_demonstrations_it_is_said_why(tmp_path, dataset, bench):
