@@ -10,6 +10,10 @@ from benchmarks.concealed.effects.library import LIBRARY
 from benchmarks.concealed.film import Stage, Track, film
 from benchmarks.concealed.motions.motion import DURATION_S
 
+USUAL = {"weak": 0.3, "medium": 1.0, "strong": 2.5}
+"""Amplitude to begin with."""
+WITHIN = np.log(1.4)
+
 Films = dict[str, Track]
 """Tracks by the plan's name."""
 
@@ -37,7 +41,7 @@ def _observed(effect: Effect, sample: Callable[[np.ndarray], np.ndarray]) -> Cal
 
 
 def tuned(
-    case: Case, stage: Stage, plan_list: Sequence[Plan], without: Films, tries: int = 4
+    case: Case, stage: Stage, plan_list: Sequence[Plan], without: Films, tries: int = 6
 ) -> tuple[list[Effect], Films]:
     """The case's effects, each as strong alone as the case asks, measured on the two motions out of three that show it best.
 
@@ -51,18 +55,41 @@ def _tuned(
     case: Case, stage: Stage, plan_list: Sequence[Plan], without: Films, name: str, tries: int
 ) -> tuple[Effect, Films]:
     recipe = LIBRARY[name]
-    low, high = recipe.amplitudes
     target = STRENGTHS[case.strength] * stage.setting.noise_m
     filmed = [plan for plan in plan_list if not plan.held_out]
     shown = ([plan for plan in filmed if plan.motion.name in recipe.shown_by] or filmed)[:3]
-    amplitude = float(np.clip({"weak": 0.3, "medium": 1.0, "strong": 2.5}[case.strength], low, high))
-    for left in reversed(range(tries)):
+
+    def attempt(amplitude: float) -> tuple[float, tuple[Effect, Films]]:
         effect = recipe.draw(amplitude, case.stream(name), stage.setting)
         films = {p.name: without[p.name] if effect.measures_only else film(stage, p, [effect]) for p in shown}
         change = [change_m([effect], films[p.name], without[p.name]) for p in shown]
-        ratio = target / max(float(np.sqrt(np.mean(np.square(sorted(change)[-2:])))), 1e-9)
-        following = float(np.clip(amplitude * np.clip(ratio, 0.15, 6.0), low, high))
-        if 0.7 < ratio < 1.4 or following == amplitude or not left:
+        return float(np.sqrt(np.mean(np.square(sorted(change)[-2:])))) / target, (effect, films)
+
+    return nearest_to_one(attempt, USUAL[case.strength], recipe.amplitudes, tries)
+
+
+def nearest_to_one[T](
+    attempt: Callable[[float], tuple[float, T]], usual: float, limits: tuple[float, float], tries: int
+) -> T:
+    """What `attempt(amplitude) -> (share of what is wanted, result)` makes at the amplitude whose share is nearest to 1.
+
+    The share need not be proportional, not even continuous: a slack sheet that forks moves far for a breath. So amplitudes on either
+    side of 1 are kept, and once there are both, the next one lies between them.
+    """
+    amplitude, best = float(np.clip(usual, *limits)), (np.inf, None)
+    below, above = 0.0, np.inf
+    for _ in range(tries):
+        share, result = attempt(amplitude)
+        miss = abs(np.log(max(share, 1e-9)))
+        best = min(best, (miss, result), key=lambda one: one[0])
+        if miss < WITHIN:
+            break
+        below, above = (amplitude, above) if share < 1 else (below, amplitude)
+        if below > 0 and np.isfinite(above):
+            following = float(np.sqrt(below * above))
+        else:
+            following = float(np.clip(amplitude * np.clip(1 / max(share, 1e-9), 0.15, 6.0), *limits))
+        if following == amplitude:
             break
         amplitude = following
-    return effect, films
+    return best[1]
