@@ -32,6 +32,7 @@ class Contest:
     pool: list[Model]
     temper: Tempers
     lost: tuple[Candidate, ...] = ()  # effects that promised something and that no simulation followed
+    screened: tuple[Candidate, ...] = ()  # beside the baseline: every effect that the recordings could show
 
 
 def contest(
@@ -75,7 +76,7 @@ def with_one_effect(
         if engine.patience.over or base.cost - better.cost < stuck_by:
             break
         base = better
-    return Contest(pool=pool, temper=base.temper, lost=singles.lost)
+    return Contest(pool=pool, temper=base.temper, lost=singles.lost, screened=singles.screened)
 
 
 def _best_of_each(models: tuple[Model, ...]) -> list[Model]:
@@ -104,7 +105,7 @@ def sharpened(engine: Engine, found: Contest, names: tuple[str, ...], thresholds
         pool.append(judged(again, found.temper, model.variants))
     pool = simplified(engine, pool, thresholds, names)
     temper = temper_of(engine, best_of(pool, thresholds).fit.residuals, names)
-    return Contest(pool=[judged(model.fit, temper, model.variants) for model in pool], temper=temper, lost=found.lost)
+    return replace(found, pool=[judged(model.fit, temper, model.variants) for model in pool], temper=temper)
 
 
 def with_a_second(
@@ -134,7 +135,7 @@ def with_a_second(
         pairs += tried.models
         lost += tried.lost
     pool = simplified(engine, _best_of_each((*found.pool, *pairs)), thresholds, names)
-    return Contest(pool=pool, temper=found.temper, lost=(*found.lost, *lost))
+    return replace(found, pool=pool, lost=(*found.lost, *lost))
 
 
 def simplified(engine: Engine, pool: list[Model], thresholds: Thresholds, names: tuple[str, ...]) -> list[Model]:

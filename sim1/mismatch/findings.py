@@ -11,6 +11,7 @@ import numpy as np
 
 from sim1.cloth.physics import write_physics
 from sim1.mismatch.decide import mean_square, rating
+from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
 from sim1.mismatch.fit import promised
@@ -227,6 +228,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
             ],
             "estimates": _parameters(found),
             "effects": found.chosen.terms,
+            "detectable": [vars(row) for row in detectable(found.screened, thresholds)],
         }
     )
 

@@ -46,6 +46,7 @@ class Tried:
 
     models: tuple[Model, ...] = ()  # best first
     lost: tuple[Candidate, ...] = ()  # promising, and no simulation with them found its way
+    screened: tuple[Candidate, ...] = ()  # every effect that the recordings could show
 
 
 def calibrate(
@@ -106,7 +107,8 @@ def extended(
         return Tried()
     site = site_of(engine, base.unknowns.world(base.z))
     base = replace(base, temper=temper)
-    worth = [c for c in screen(engine, base, site, names) if c.gain > least][:most]
+    screened = tuple(screen(engine, base, site, names))
+    worth = [candidate for candidate in screened if candidate.gain > least][:most]
     models, lost = [], []
     for number, candidate in enumerate(worth):  # a look at all where the screening sends them, more for those who lead
         if engine.patience.over:
@@ -135,7 +137,7 @@ def extended(
                 exact=False,
             )
             models[k] = judged(more, temper, model.variants)
-    return Tried(models=tuple(sorted(models, key=lambda model: model.score)), lost=tuple(lost))
+    return Tried(models=tuple(sorted(models, key=lambda model: model.score)), lost=tuple(lost), screened=screened)
 
 
 def widened(engine: Engine, model: Model, temper: Tempers, names: tuple[str, ...]) -> list[Model]:

@@ -4,7 +4,7 @@ Rao's score test for an omitted term: one twin per candidate tells how every mar
 order and with all other coefficients free to adjust, needs no further simulation. It only shortlists.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +23,9 @@ class Candidate:
     gain: float  # nats, at the strength that is best to second order
     start: np.ndarray  # z of the widened model
     variants: int  # of which this is the best
+    information: tuple[
+        float, ...
+    ] = ()  # by strength: curvature of the cost that no coefficient of the model can imitate; median of variants
 
 
 def site_of(engine: Engine, world: World) -> Site:
@@ -84,6 +87,7 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
     gradient0 = fit.z + sum(fit.slopes[n].T @ (w[n] * residuals[n]) for n in names)
     low0, high0 = unknowns.bounds()
     best: dict[str, Candidate] = {}
+    told: dict[str, list[np.ndarray]] = {}
     for number, (effect, variant) in enumerate(tries):
         columns = [index for index, (n, _) in enumerate(owner) if n == number]
         which = [k for n, k in owner if n == number]
@@ -93,6 +97,7 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
         own = sum((g[n].T * w[n]) @ g[n] for n in names)
         normal = np.block([[normal0, cross], [cross.T, own + np.eye(len(columns))]])
         gradient = np.concatenate([gradient0, sum(g[n].T @ (w[n] * residuals[n]) for n in names)])
+        told.setdefault(effect.name, []).append(np.diag(own - cross.T @ np.linalg.solve(normal0, cross)))
         low, high = unknowns.with_terms(*unknowns.terms, term).bounds()
         picked = [*range(count), *(count + k for k in which)]
         start = np.concatenate([fit.z, np.zeros(len(columns))])
@@ -112,7 +117,8 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
         )
         if effect.name not in best or best[effect.name].gain < found.gain:
             best[effect.name] = found
-    return sorted(best.values(), key=lambda candidate: -candidate.gain)
+    found = [replace(one, information=tuple(np.median(told[name], axis=0))) for name, one in best.items()]
+    return sorted(found, key=lambda candidate: -candidate.gain)
 
 
 def _fall(normal: np.ndarray, gradient: np.ndarray, step: np.ndarray) -> float:

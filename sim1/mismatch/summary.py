@@ -35,6 +35,16 @@ class Misfit(Strict):
     limit: float  # from which something is taken to be missing
 
 
+class Shown(Strict):
+    """From which strength on an effect would show (`detectable.py`)."""
+
+    effect: str
+    coefficient: str
+    unit: str
+    absent: float
+    least: float | None  # None: at no strength that can be foretold
+
+
 class Prices(Strict):
     """What a name has to gain in nats, to explain and to foretell."""
 
@@ -65,6 +75,7 @@ class Summary(Strict):
     ranking: tuple[Ranked, ...]
     estimates: tuple[Estimate, ...]
     effects: tuple[str, ...]  # of the chosen model
+    detectable: tuple[Shown, ...]
 
 
 def read_summary(path: Path) -> Summary:

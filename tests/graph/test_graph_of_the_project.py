@@ -11,7 +11,9 @@ from toy_home import Project, enter, furnish
 from assets_defs._recipe import Snapshot, label
 from pipeline.home import REPOSITORY
 
-pytestmark = pytest.mark.timeout(900)  # every artifact of the project is made, most of them twice; 100 s on two idle cores
+pytestmark = pytest.mark.timeout(
+    900
+)  # every artifact of the project is made, most of them twice; 100 s on two idle cores
 
 # Toy work reads the text files of a folder and every other source that is a file.
 FILES = ("robot/arm.urdf", "environment/table.yaml", "appearance/fabrics.txt", "policies/act.yaml", "prices.yaml")

@@ -8,12 +8,15 @@ import pytest
 from small_bundle import empty_bundle, filmed
 
 from sim1.cloth.physics import read_physics
+from sim1.mismatch.decide import gain_of
+from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import diagnose
 from sim1.mismatch.findings import run_diagnosis
 from sim1.mismatch.forces_file import read_forces
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.predict import predict_files
 from sim1.mismatch.summary import read_summary
+from sim1.mismatch.thresholds import THRESHOLDS
 from sim1.mismatch.verdict import read_verdict
 from sim1.proof.oracle import heldout_m
 from sim1.recording.bundle import write_bundle
@@ -92,10 +95,28 @@ def test_prediction_from_the_model_beats_the_baseline_from_rest_and_drives_alone
         assert np.abs(each[model] / reported.heldout - 1).min() < 0.02  # the report speaks of the files
 
 
-def test_nothing_concealed_is_called_nothing():
-    found = diagnose(filmed(empty_bundle(), seed=3))
-    assert found.verdict == "none"
-    assert found.chosen.terms == ()
+@pytest.fixture(scope="module")
+def still_air():
+    """The diagnosis of a bundle with nothing concealed."""
+    return diagnose(filmed(empty_bundle(), seed=3))
+
+
+def test_nothing_concealed_is_called_nothing(still_air):
+    assert still_air.verdict == "none"
+    assert still_air.chosen.terms == ()
+
+
+def test_an_effect_shows_from_the_strength_on_that_was_foretold_without_it(still_air):
+    """Gains grow with the square of the strength; the forecast of that is linear, so it is held to a factor of 1.6 in strength."""
+    rows = {(row.effect, row.coefficient): row for row in detectable(still_air.screened, THRESHOLDS)}
+    drag = rows["air_drag", "c_normal"]
+    assert (drag.absent, drag.unit) == (0.0, "1")
+    assert rows["actuator_lag", "time_constant"].least > 0.0
+    assert "adhesion" not in {effect for effect, _ in rows}  # there is no table
+    found = diagnose(filmed(empty_bundle(), seed=3, air_normal=2.0 * drag.least))
+    gain = gain_of(list(found.models), found.chosen, THRESHOLDS)
+    assert (found.verdict, found.chosen.terms) == ("named", ("air_drag",))
+    assert 2.0 / 1.6 < np.sqrt(gain / THRESHOLDS.named) < 2.0 * 1.6
 
 
 def test_a_search_that_is_stopped_reports_what_it_knows_and_claims_nothing(tmp_path):

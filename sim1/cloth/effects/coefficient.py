@@ -25,8 +25,11 @@ class Coefficient:
 
     def value(self, z: float) -> float:
         """The coefficient at `z`, inside its limits."""
-        raw = self.centre + self.scale * z if self.kind == "linear" else self.centre * math.exp(self.scale * z)
-        return min(max(raw, self.low), self.high)
+        return min(max(self.unlimited(z), self.low), self.high)
+
+    def unlimited(self, z: float) -> float:
+        """The coefficient at `z`, wherever its limits are."""
+        return self.centre + self.scale * z if self.kind == "linear" else self.centre * math.exp(self.scale * z)
 
     def z(self, value: float) -> float:
         """The inverse of `value`."""
