@@ -50,6 +50,9 @@ class Found(Strict):
     fit_mm: tuple[float, float]  # rmse before and after what was added, from rest and drives alone
     heldout_mm: tuple[float, float]
     place_auc: float | None  # None: force was concealed nowhere or everywhere
+    over_limit: dict[
+        str, float
+    ]  # concealed effect -> its strength in units of that from which it should show, where it can be told
 
 
 class Outcome(Strict):
@@ -217,7 +220,29 @@ def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found
         fit_mm=(1e3 * before.fit, 1e3 * after.fit),
         heldout_mm=(1e3 * before.heldout, 1e3 * after.heldout),
         place_auc=auc,
+        over_limit={
+            name: over for name, given in true.items() if (over := over_limit(summary, name, given)) is not None
+        },
     )
+
+
+def over_limit(summary: Summary, effect: str, given: Mapping[str, float]) -> float | None:
+    """How strong a concealed effect is, in units of the strength from which the diagnosis foretold that it would show.
+
+    Several strengths count by the root of their squares' sum, as they add to what is gained; factors by their logarithms; one that
+    shows at no strength counts nothing. None: the answers hold no coefficient of which a limit was asked.
+    """
+    parts = []
+    for row in summary.detectable:
+        if row.effect == effect and row.coefficient in given:
+            there = given[row.coefficient]
+            if row.least is None:
+                parts.append(0.0)
+            elif row.absent > 0.0:
+                parts.append(math.log(there / row.absent) / math.log(row.least / row.absent))
+            else:
+                parts.append((there - row.absent) / (row.least - row.absent))
+    return math.hypot(*parts) if parts else None
 
 
 def first_single(summary: Summary) -> str | None:

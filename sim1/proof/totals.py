@@ -39,6 +39,8 @@ class Totals(Strict):
     outside_without_name: Share  # called unknown or ambiguous
     several_named: Share  # cases of two effects or more, all named and no other
     several_partly: Share  # at least one of them, and none that was not concealed; holds the row above
+    named_above_limit: Share  # of single effects at least as strong as the diagnosis asks for
+    named_below_limit: Share
     first_ranked: Share  # single effects that came first in the ranking, whatever the verdict
     effect_intervals: Share  # that hold the true coefficient
     effect_error: (
@@ -97,6 +99,8 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
         outside_without_name=share_of(o.right for o in kinds["outside"]),
         several_named=share_of(o.right for o in several),
         several_partly=share_of(o.verdict == "named" and set(o.named) <= set(o.concealed) for o in several),
+        named_above_limit=share_of(o.right for o in singles if _over(o, least=1.0)),
+        named_below_limit=share_of(o.right for o in singles if _over(o, most=1.0)),
         first_ranked=share_of(o.found is not None and o.found.first in o.concealed for o in singles),
         effect_intervals=share_of(n.holds for n in effects),
         effect_error=_median([error for numbers in by_effect for error in _errors(numbers)]),
@@ -109,6 +113,11 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
         median_seconds=_median([o.seconds for o in outcomes]),
         failed=sum(o.verdict == "failed" for o in outcomes),
     )
+
+
+def _over(outcome: Outcome, least: float = 0.0, most: float = np.inf) -> bool:
+    """Whether a single effect's strength lies in that range of its limit; one whose limit is not known lies in none."""
+    return outcome.found is not None and any(least <= over < most for over in outcome.found.over_limit.values())
 
 
 def confusion_of(outcomes: Sequence[Outcome]) -> Confusion:

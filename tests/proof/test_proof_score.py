@@ -1,15 +1,18 @@
 """What counts as right, and what many cases come to."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from sim1.mismatch.summary import Shown
 from sim1.proof.page import said
 from sim1.proof.place import place_auc
-from sim1.proof.score import Found, Number, Outcome, is_right
+from sim1.proof.score import Found, Number, Outcome, is_right, over_limit
 from sim1.proof.totals import confusion_of, share_of, totals_of
 
 
-def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5), oracle_mm=None):
+def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5), oracle_mm=None, over=None):
     """A case in which 1.0 was found where 1.1 is true."""
     number = Number(value=1.0, low=low, high=1.2, unit="1", true=1.1)
     found = Found(
@@ -24,6 +27,7 @@ def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5
         fit_mm=(1.0, 0.5),
         heldout_mm=heldout,
         place_auc=0.95 if concealed else None,
+        over_limit={name: over for name in concealed if over is not None},
     )
     return Outcome(
         case=case,
@@ -100,6 +104,34 @@ def test_what_was_gained_held_out_is_set_against_what_an_oracle_gains():
     assert not_asked.gap_closed is None
     totals = totals_of([half, nothing_to_gain, not_asked])
     assert (totals.gap_closed, totals.gaps) == (pytest.approx(0.5), 1)
+
+
+def limits(**least):
+    """A summary's limits; names end in what is absent: `_0` or `_1`."""
+    rows = [
+        Shown(effect="it", coefficient=name[:-2], unit="1", absent=float(name[-1]), least=value)
+        for name, value in least.items()
+    ]
+    return SimpleNamespace(detectable=rows)
+
+
+def test_strength_is_told_in_units_of_what_would_show():
+    assert over_limit(limits(a_0=2.0), "it", {"a": -3.0}) == pytest.approx(1.5)
+    assert over_limit(limits(a_0=2.0, b_0=1.0), "it", {"a": 6.0, "b": 4.0}) == pytest.approx(5.0)
+    assert over_limit(limits(ratio_1=2.0), "it", {"ratio": 0.25}) == pytest.approx(2.0)
+    assert over_limit(limits(a_0=None, b_0=1.0), "it", {"a": 6.0, "b": 0.5}) == pytest.approx(0.5)
+    assert over_limit(limits(a_0=None), "it", {"a": 6.0}) == 0.0
+    assert over_limit(limits(a_0=1.0), "it", {"another": 6.0}) is None
+    assert over_limit(limits(a_0=1.0), "wind", {"a": 6.0}) is None
+
+
+def test_strong_and_weak_effects_are_counted_apart():
+    strong = outcome("case_001", "single", ["wind"], "named", ["wind"], over=3.0)
+    weak = [outcome(f"case_00{n}", "single", ["wind"], "none", over=0.9) for n in (2, 3)]
+    unknown = outcome("case_004", "single", ["wind"], "none")
+    totals = totals_of([strong, *weak, unknown])
+    assert (totals.named_above_limit.count, totals.named_above_limit.of) == (1, 1)
+    assert (totals.named_below_limit.count, totals.named_below_limit.of) == (0, 2)
 
 
 def test_a_small_component_is_measured_by_the_largest_of_its_kind():
