@@ -14,7 +14,7 @@ import trimesh
 from sim1.cloth.garment import grid_towel
 from sim1.render.appearance import Appearance, Glow
 from sim1.render.blender import run_blender
-from sim1.render.job import SETTINGS, Clip, Job
+from sim1.render.job import SETTINGS, Clip, Job, write_cameras, write_motion
 from sim1.render.looks.blocks import Block
 from sim1.render.looks.draw import draw_appearance, read_looks
 from sim1.render.robot_visuals import link_motion, part_poses, robot_parts
@@ -97,7 +97,10 @@ def _write_job(folder: Path, looks: list[Appearance], frame_count: int) -> None:
     garment_m[..., 2] += np.linspace(0.0, 0.1, frame_count)[:, None] * np.clip(towel.rest_m[:, 0], 0.0, None)
     table = trimesh.creation.box((0.8, 1.2, 0.03))
     pose = look_at(np.array(EYE_M), np.zeros(3), np.array([0.0, 0.0, 1.0]))
-    clips = [Clip(episode="0000", variant=k, frame_count=frame_count, appearance=look) for k, look in enumerate(looks)]
+    clips = [
+        Clip(episode="0000", variant=k, frame_count=frame_count, stride=1, appearance=look)
+        for k, look in enumerate(looks)
+    ]
     Job(
         folder=folder,
         texture=folder,  # no appearance shows a measured texture
@@ -106,7 +109,7 @@ def _write_job(folder: Path, looks: list[Appearance], frame_count: int) -> None:
         fy_over_height={"head": FY_OVER_HEIGHT},
         clips=clips,
     ).write(
-        arrays={
+        {
             "faces": towel.faces,
             "uv": towel.rest_m[towel.faces][..., :2],
             "pattern_m": towel.rest_m[:, :2],
@@ -114,7 +117,8 @@ def _write_job(folder: Path, looks: list[Appearance], frame_count: int) -> None:
             "table_faces": np.asarray(table.faces),
         }
         | {f"part_{k}_vertices": part.vertices_m for k, part in enumerate(parts)}
-        | {f"part_{k}_faces": part.faces for k, part in enumerate(parts)},
-        motion={"0000": {"garment_m": garment_m, "parts": part_poses(parts, links)}},
-        cameras={clip.key: {"head": np.repeat(pose[None], frame_count, axis=0)} for clip in clips},
+        | {f"part_{k}_faces": part.faces for k, part in enumerate(parts)}
     )
+    write_motion(folder, clips[0], {"garment_m": garment_m, "parts": part_poses(parts, links)})
+    for clip in clips:
+        write_cameras(folder, clip, {"head": np.repeat(pose[None], frame_count, axis=0)})

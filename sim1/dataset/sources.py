@@ -1,6 +1,5 @@
 """Reads the artifacts of `rendered_episodes`: one clip per episode and appearance."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sim1.episode import Episode, episode_folders, read_episode
-from sim1.render.appearance import SCHEMA
+from sim1.render.appearance_file import read_about
 from sim1.stage import BadInput
 
 
@@ -59,9 +58,7 @@ def read_clips(artifact: Path, garment: str) -> list[RenderedClip]:
     for episode in episode_folders(artifact):
         for path in sorted(episode.glob("v*/appearance.json"), key=lambda path: int(path.parent.name[1:])):
             try:
-                about = json.loads(path.read_text())
-                if about["schema"] != SCHEMA:
-                    raise ValueError(f"schema is {about['schema']!r}, expected {SCHEMA!r}")
+                about = read_about(path)
                 clip = RenderedClip(
                     garment=garment,
                     trajectory=episode.name,
@@ -76,7 +73,7 @@ def read_clips(artifact: Path, garment: str) -> list[RenderedClip]:
                     for name in clip.cameras
                     if len(clip.frames(name)) != about["frame_count"]
                 }
-            except (OSError, KeyError, ValueError) as error:
+            except KeyError as error:
                 raise BadInput(f"{path}: not a readable appearance ({error}); render the episodes again") from error
             if wrong:
                 raise BadInput(

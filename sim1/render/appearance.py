@@ -8,7 +8,7 @@ from sim1.render.looks.blocks import Block
 type Color = tuple[float, float, float]  # sRGB in [0, 1]
 type Palette = tuple[Color, Color, Color]  # base, second, third
 
-SCHEMA = "sim1.appearance/2"  # of appearance.json beside the frames
+SCHEMA = "sim1.appearance/3"  # of appearance.json beside the frames
 SCANNED = "scanned"  # name of the fabric that is the garment's measured texture
 
 

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from sim1.stage import BadInput
 
-def raised(camera_to_world: np.ndarray, elevation_rad: float) -> np.ndarray:
+
+def raised(camera_to_world: np.ndarray, elevation_rad: float, *, what: str = "camera") -> np.ndarray:
     """Move a camera on a circle about the world's origin, the middle of the table, by an angle of elevation.
 
     The camera turns with the move, so the table stays where it is in the picture.
@@ -11,15 +13,21 @@ def raised(camera_to_world: np.ndarray, elevation_rad: float) -> np.ndarray:
     Args:
         camera_to_world: (4, 4).
         elevation_rad: positive moves the camera up.
+        what: file and camera, for the message.
 
     Raises:
-        ValueError: the camera stands straight above the origin, where elevation has no direction.
+        BadInput: the camera stands straight above the origin, where elevation has no direction, and is to be moved.
     """
+    if elevation_rad == 0.0:
+        return camera_to_world
     x, y, _ = camera_to_world[:3, 3]
     reach = np.hypot(x, y)
     if reach < 1e-6:
-        raise ValueError(
-            f"camera at {camera_to_world[:3, 3]} m stands straight above the table's middle: it has no elevation axis"
+        place = ", ".join(f"{value:g}" for value in camera_to_world[:3, 3])
+        raise BadInput(
+            f"{what} at ({place}) m stands straight above the table's middle, where elevation has no direction; set "
+            "elevation_jitter_deg of rendered_episodes to 0 and shifted_trajectories of image_policy to 0, or move the camera in "
+            "data/environment"
         )
     # Rotation by a positive angle about this horizontal axis lowers what stands on the camera's side, hence the sign.
     ax, ay = -y / reach, x / reach

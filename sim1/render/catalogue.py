@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 from sim1.picture_file import COLORS
 from sim1.render.appearance import Appearance, Fabric, Glow, Room, Surface, Table
 from sim1.render.blender import run_blender
-from sim1.render.job import SETTINGS, Clip, Job
+from sim1.render.job import SETTINGS, Clip, Job, write_cameras, write_motion
 from sim1.render.looks.blocks import Block
 from sim1.render.looks.draw import Looks
 from sim1.render.looks.noise import clouds, step
@@ -136,7 +136,7 @@ def _rendered(shelf: Shelf, config: RenderConfig) -> dict[str, Image.Image]:
     }
     motion = {"garment_m": vertices[None], "parts": np.zeros((1, 0, 4, 4))}
     clips = [
-        Clip(episode=f"{number:03d}", variant=0, frame_count=1, appearance=appearance)
+        Clip(episode=f"{number:03d}", variant=0, frame_count=1, stride=1, appearance=appearance)
         for number, appearance in enumerate(shelf.appearances.values())
     ]
     with tempfile.TemporaryDirectory() as temporary:
@@ -149,11 +149,10 @@ def _rendered(shelf: Shelf, config: RenderConfig) -> dict[str, Image.Image]:
             fy_over_height={VIEW: shelf.fy_over_height},
             clips=clips,
         )
-        job.write(
-            arrays=arrays,
-            motion={clip.episode: motion for clip in clips},
-            cameras={clip.key: {VIEW: pose[None]} for clip in clips},
-        )
+        job.write(arrays)
+        for clip in clips:
+            write_motion(folder, clip, motion)
+            write_cameras(folder, clip, {VIEW: pose[None]})
         run_blender(folder, out)
         return {
             name: Image.open(job.frame_path(out, clip, VIEW, FRAME)).convert("RGB")

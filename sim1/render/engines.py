@@ -7,15 +7,17 @@ from typing import Any
 
 import bpy  # noqa: TID253  only the worker's process gets here
 
+from sim1.render.job import VIEW_TRANSFORM
+
 PREVIEW_STOPS = 1.0  # by which Workbench's studio light is too dim
 
 
-def set_up_engine(scene: bpy.types.Scene, settings: dict[str, Any]) -> None:
-    """Choose the engine and set size, file format and quality.
+def set_up_engine(scene: bpy.types.Scene, settings: dict[str, Any]) -> str:
+    """Choose the engine and set size, file format, tone curve and quality; what it renders on: "cpu", "gpu" or "opengl".
 
     Args:
         scene: Blender's scene.
-        settings: engine, width, height, samples, denoise, threads, device, seed.
+        settings: engine, width, height, samples, denoise, threads, device.
 
     Raises:
         RuntimeError: the device is "gpu", and there is none.
@@ -28,10 +30,14 @@ def set_up_engine(scene: bpy.types.Scene, settings: dict[str, Any]) -> None:
     image.file_format, image.color_mode, image.color_depth, image.compression = "PNG", "RGB", "8", 50
     for name in [name for name in dir(render) if name.startswith("use_stamp")]:
         setattr(render, name, False)  # dates and host names would end up in the PNG file
+    view = scene.view_settings
+    view.view_transform, view.look = VIEW_TRANSFORM[settings["engine"]], "None"
+    view.exposure, view.gamma = 0.0, 1.0
     if settings["engine"] == "cycles":
         _set_up_cycles(scene, settings)
-    else:
-        _set_up_workbench(scene)
+        return scene.cycles.device.lower()
+    _set_up_workbench(scene)
+    return "opengl"
 
 
 def _set_up_cycles(scene: bpy.types.Scene, settings: dict[str, Any]) -> None:
@@ -40,7 +46,6 @@ def _set_up_cycles(scene: bpy.types.Scene, settings: dict[str, Any]) -> None:
     cycles = scene.cycles
     cycles.samples, cycles.use_adaptive_sampling = settings["samples"], False
     cycles.use_denoising = settings["denoise"]
-    cycles.seed = settings["seed"]
     cycles.max_bounces, cycles.glossy_bounces = 4, 2
     cycles.diffuse_bounces = 1  # the sky holds the light that walls and ceiling send on
     cycles.caustics_reflective = cycles.caustics_refractive = False
@@ -50,7 +55,6 @@ def _set_up_cycles(scene: bpy.types.Scene, settings: dict[str, Any]) -> None:
 
 def _set_up_workbench(scene: bpy.types.Scene) -> None:
     scene.render.engine = "BLENDER_WORKBENCH"
-    scene.view_settings.view_transform = "Standard"  # its colours are meant for the screen as they are
     scene.view_settings.exposure = PREVIEW_STOPS
     scene.display.render_aa = "8"
     shading = scene.display.shading

@@ -10,10 +10,13 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from sim1.render.appearance import Appearance, Color
+from sim1.stage import random_stream
 
 FRAME_NAME = "{:06d}.png"
 # Of `RenderConfig`: what Blender's process gets to know.
 SETTINGS = ("engine", "width", "height", "samples", "denoise", "threads", "device", "seed")
+# How light becomes the grey levels of a picture: AgX stands for a camera's tone curve, Workbench's colours are meant for the screen.
+VIEW_TRANSFORM = {"cycles": "AgX", "workbench": "Standard"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +26,7 @@ class Clip:
     episode: str  # name of the episode's folder
     variant: int
     frame_count: int
+    stride: int  # states per frame
     appearance: Appearance
 
     @property
@@ -58,7 +62,16 @@ class Job:
                     yield clip, camera, frame
 
     def frame_path(self, out: Path, clip: Clip, camera: str, frame: int) -> Path:
-        return out / clip.folder / camera / FRAME_NAME.format(frame)
+        return frame_path(out, clip, camera, frame)
+
+    def picture_seed(self, clip: Clip, camera: str, frame: int) -> int:
+        """Seed of the sampling of one picture, in [0, 2**31).
+
+        Each picture has noise of its own, or a policy would learn the pattern that all have in common. It is counted in states,
+        such that a trajectory shown at a lower rate, or again in another look, has the same noise in the same moment.
+        """
+        stream = random_stream(self.settings["seed"], "noise", clip.episode, camera, frame * clip.stride)
+        return int(stream.integers(2**31))
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What does not move: meshes and pattern coordinates (see `RenderScene`)."""
@@ -72,26 +85,10 @@ class Job:
         """Camera -> camera_to_world (n, 4, 4) of a clip's frames."""
         return _load(self.folder / f"cameras_{clip.key}.npz")
 
-    def write(
-        self,
-        *,
-        arrays: dict[str, np.ndarray],
-        motion: dict[str, dict[str, np.ndarray]],
-        cameras: dict[str, dict[str, np.ndarray]],
-    ) -> None:
-        """Write the job.
-
-        Args:
-            arrays: see `arrays`.
-            motion: episode -> see `motion`.
-            cameras: clip key -> see `camera_poses`.
-        """
+    def write(self, arrays: dict[str, np.ndarray]) -> None:
+        """Write everything but what moves, which `write_motion` and `write_cameras` write clip by clip; see `arrays`."""
         self.folder.mkdir(parents=True, exist_ok=True)
         np.savez(self.folder / "static.npz", **arrays)
-        for episode, values in motion.items():
-            np.savez(self.folder / f"motion_{episode}.npz", **values)
-        for key, values in cameras.items():
-            np.savez(self.folder / f"cameras_{key}.npz", **values)
         content = {key: value for key, value in asdict(self).items() if key != "folder"}
         (self.folder / "job.json").write_text(json.dumps({**content, "texture": str(self.texture)}, indent=1))
 
@@ -99,6 +96,23 @@ class Job:
     def read(cls, folder: Path) -> "Job":
         content = json.loads((folder / "job.json").read_text())
         return TypeAdapter(cls).validate_python({**content, "folder": folder})
+
+
+def frame_path(out: Path, clip: Clip, camera: str, frame: int) -> Path:
+    """Where a picture lies in the artifact `out`."""
+    return out / clip.folder / camera / FRAME_NAME.format(frame)
+
+
+def write_motion(folder: Path, clip: Clip, motion: dict[str, np.ndarray]) -> None:
+    """Write what moves in a clip's episode into a job's folder: see `Job.motion`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    np.savez(folder / f"motion_{clip.episode}.npz", **motion)
+
+
+def write_cameras(folder: Path, clip: Clip, poses: dict[str, np.ndarray]) -> None:
+    """Write a clip's cameras into a job's folder: see `Job.camera_poses`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    np.savez(folder / f"cameras_{clip.key}.npz", **poses)
 
 
 def _load(path: Path) -> dict[str, np.ndarray]:

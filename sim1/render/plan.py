@@ -1,11 +1,12 @@
 """Turns accepted trajectories, a garment and a scene into a job for Blender, and records what will be seen."""
 
 import hashlib
-import json
 import shutil
 from collections.abc import Callable, Sequence
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -13,8 +14,9 @@ from PIL import Image
 
 from sim1.episode import ARMS, RATE_HZ, episode_folders, read_episode
 from sim1.render.appearance import SCHEMA, Appearance, Color
+from sim1.render.appearance_file import write_about
 from sim1.render.cameras import raised
-from sim1.render.job import SETTINGS, Clip, Job
+from sim1.render.job import SETTINGS, VIEW_TRANSFORM, Clip, Job, frame_path, write_cameras, write_motion
 from sim1.render.looks.draw import draw_appearance, read_looks
 from sim1.render.robot_visuals import link_motion, part_poses, robot_parts
 from sim1.render.stage import RenderConfig
@@ -79,9 +81,11 @@ def plan_job(
         for i, part in enumerate(parts)
         for key, value in (("vertices", part.vertices_m), ("faces", part.faces))
     }
-    folders = episode_folders(trajectories)[: config.max_episodes or None]
-    motion, poses, clips = {}, {}, []
-    for source in folders:
+    colors = [part.color for part in parts]
+    still = _digest({**arrays, "part_colors": np.array(colors)}, texture)
+    settings = _settings(config)
+    clips = []
+    for source in episode_folders(trajectories)[: config.max_episodes or None]:
         looks = choice(source.name, mean)
         if not looks:
             continue
@@ -90,32 +94,53 @@ def plan_job(
             raise BadInput(
                 f"{source}: {episode.garment_m.shape[1]} garment vertices, {mesh}/mesh.npz has {len(arrays['pattern_m'])}"
             )
-        kept = slice(None, None, round(RATE_HZ / config.rate_hz))
+        kept = slice(None, None, settings["stride"])
         links = link_motion(
             arm, world.base_to_world, joints_rad=episode.joints_rad[kept], openness=episode.openness[kept]
         )
-        motion[source.name] = {"garment_m": episode.garment_m[kept], "parts": part_poses(parts, links)}
+        motion = {"garment_m": episode.garment_m[kept], "parts": part_poses(parts, links)}
+        moving = _digest(motion)
         target = out / "episodes" / source.name
         target.mkdir(parents=True, exist_ok=True)
         for name in ("episode.npz", "episode.json"):
             shutil.copyfile(source / name, target / name)
         for variant, look in enumerate(looks):
-            clip = Clip(episode=source.name, variant=variant, frame_count=len(links), appearance=look)
-            poses[clip.key] = _camera_poses(cameras, links, look.elevation_offset_rad)
-            shown = _digest({**arrays, **motion[source.name], **poses[clip.key]}, texture)
-            _write_appearance(out / clip.folder, clip, poses[clip.key], cameras, config, shown)
+            clip = Clip(
+                episode=source.name,
+                variant=variant,
+                frame_count=len(links),
+                stride=settings["stride"],
+                appearance=look,
+            )
+            poses = _camera_poses(cameras, links, look.elevation_offset_rad, scene)
+            # Frames of other meshes, colours or motions are not taken for these.
+            shown = {"still": still, "moving": moving, "cameras": _digest(poses)}
+            seen_by = _seen_by(cameras, poses, config)
+            about = {
+                **settings,
+                "variant": clip.variant,
+                "frame_count": clip.frame_count,
+                "cameras": seen_by,
+                "appearance": look.to_json(),
+                "shown": shown,
+            }
+            write_about(out / clip.folder, about)
             clips.append(clip)
+            if not _is_whole(out, clip, cameras):
+                # All episodes' motions together are larger than a memory; those that are rendered already are not needed.
+                write_cameras(folder, clip, poses)
+                write_motion(folder, clip, motion)
     _remove_others(out, clips)
     np.savez(out / "garment.npz", rest_m=arrays["rest_m"], faces=arrays["faces"])
     job = Job(
         folder=folder,
         texture=texture,
         settings={key: getattr(config, key) for key in SETTINGS},
-        part_colors=[part.color for part in parts],
+        part_colors=colors,
         fy_over_height={name: camera.fy_px / camera.height for name, camera in cameras.items()},
         clips=clips,
     )
-    job.write(arrays=arrays, motion=motion, cameras=poses)
+    job.write(arrays)
     return job
 
 
@@ -158,48 +183,51 @@ def _static(mesh: Path, world: Scene) -> tuple[dict[str, np.ndarray], Path, Colo
     return arrays, (mesh / "texture.png").resolve(), tuple(texture[y, x].reshape(-1, 3).mean(axis=0).tolist())
 
 
-def _camera_poses(cameras: dict[str, Camera], links: list, elevation_rad: float) -> dict[str, np.ndarray]:
+def _camera_poses(cameras: dict[str, Camera], links: list, elevation_rad: float, scene: Path) -> dict[str, np.ndarray]:
     """Camera -> camera_to_world (n, 4, 4); standing cameras are raised, those on a wrist move with it."""
     poses = {}
     for name, camera in cameras.items():
         if camera.link is None:
-            poses[name] = np.stack([raised(camera.pose, elevation_rad)] * len(links))
+            pose = raised(camera.pose, elevation_rad, what=f"{scene}/scene.json: camera {name}")
+            poses[name] = np.stack([pose] * len(links))
         else:
             arm = ARMS.index(name.removesuffix("_wrist"))
             poses[name] = np.stack([frame[arm][camera.link] @ camera.pose for frame in links])
     return poses
 
 
-def _write_appearance(
-    folder: Path, clip: Clip, poses: dict[str, np.ndarray], cameras: dict[str, Camera], config: RenderConfig, shown: str
-) -> None:
-    about = {
+def _settings(config: RenderConfig) -> dict[str, Any]:
+    """What all clips have in common, for `appearance.json`."""
+    return {
         "schema": SCHEMA,
-        "variant": clip.variant,
         "rate_hz": config.rate_hz,
         "stride": round(RATE_HZ / config.rate_hz),
-        "frame_count": clip.frame_count,
-        **{key: getattr(config, key) for key in ("engine", "samples", "denoise", "device", "seed")},
-        "cameras": {
-            name: {
-                "width": config.width,
-                "height": config.height,
-                "fy_px": cameras[name].fy_px * config.height / cameras[name].height,
-                # Of the first frame; a camera on a wrist moves from there.
-                "camera_to_world": np.round(poses[name][0], 9).tolist(),
-                "moves": cameras[name].link is not None,
-            }
-            for name in poses
+        **{
+            key: getattr(config, key)
+            for key in ("engine", "samples", "denoise", "device", "seed", "elevation_jitter_deg")
         },
-        "appearance": clip.appearance.to_json(),
-        "shown": shown,  # frames of other meshes or motions are not taken for these when a killed run goes on
+        "view_transform": VIEW_TRANSFORM[config.engine],
+        "blender": version("bpy"),
     }
-    text = json.dumps(about, indent=1, sort_keys=True) + "\n"
-    path = folder / "appearance.json"
-    if folder.exists() and (not path.exists() or path.read_text() != text):
-        shutil.rmtree(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    path.write_text(text)
+
+
+def _seen_by(cameras: dict[str, Camera], poses: dict[str, np.ndarray], config: RenderConfig) -> dict[str, Any]:
+    """Cameras for `appearance.json`."""
+    return {
+        name: {
+            "width": config.width,
+            "height": config.height,
+            "fy_px": camera.fy_px * config.height / camera.height,
+            # Of the first frame; a camera on a wrist moves from there.
+            "camera_to_world": np.round(poses[name][0], 9).tolist(),
+            "moves": camera.link is not None,
+        }
+        for name, camera in cameras.items()
+    }
+
+
+def _is_whole(out: Path, clip: Clip, cameras: dict[str, Camera]) -> bool:
+    return all(frame_path(out, clip, name, frame).exists() for name in cameras for frame in range(clip.frame_count))
 
 
 def _remove_others(out: Path, clips: list[Clip]) -> None:
@@ -210,9 +238,12 @@ def _remove_others(out: Path, clips: list[Clip]) -> None:
             shutil.rmtree(folder)
 
 
-def _digest(arrays: dict[str, np.ndarray], texture: Path) -> str:
-    """Fingerprint of everything that the frames show."""
-    content = hashlib.sha256(texture.read_bytes())
+def _digest(arrays: dict[str, np.ndarray], *files: Path) -> str:
+    """Fingerprint of arrays, their names, types and shapes included, and of files."""
+    content = hashlib.sha256()
     for name in sorted(arrays):
-        content.update(name.encode() + np.ascontiguousarray(arrays[name]).tobytes())
+        array = np.ascontiguousarray(arrays[name])
+        content.update(f"{name} {array.dtype.str} {array.shape} ".encode() + array.tobytes())
+    for file in files:
+        content.update(file.read_bytes())
     return content.hexdigest()[:16]

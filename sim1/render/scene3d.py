@@ -27,14 +27,17 @@ class RenderScene:
             robot `part_p_vertices`, `part_p_faces`.
         part_colors: sRGB colour of every part of the robot.
         texture: the garment's measured texture.
-        settings: engine, width, height, samples, denoise, threads, device, seed.
+        settings: engine, width, height, samples, denoise, threads, device.
+
+    Attributes:
+        device: what renders: "cpu", "gpu" or "opengl".
     """
 
     def __init__(self, *, arrays: dict[str, np.ndarray], part_colors: list, texture: Path, settings: dict[str, Any]):
         bpy.ops.wm.read_factory_settings(use_empty=True)
         self._scene = bpy.context.scene
         self._texture = texture
-        set_up_engine(self._scene, settings)
+        self.device = set_up_engine(self._scene, settings)
         self._points = images.picture_points(settings["width"])
         self._flat_m, self._table_m = arrays["pattern_m"], arrays["table_vertices"]
         self._garment = add_mesh("garment", np.zeros((len(self._flat_m), 3)), arrays["faces"], smooth=True)
@@ -78,8 +81,9 @@ class RenderScene:
         for item, pose in zip(self._parts, parts, strict=True):
             item.matrix_world = Matrix(pose.tolist())
 
-    def render(self, path: Path, *, camera_to_world: np.ndarray, fy_over_height: float) -> None:
-        """Render what a pinhole camera sees to a PNG file at exactly `path`."""
+    def render(self, path: Path, *, camera_to_world: np.ndarray, fy_over_height: float, seed: int) -> None:
+        """Render what a pinhole camera sees, with noise of `seed`, to a PNG file at exactly `path`."""
+        self._scene.cycles.seed = seed
         self._camera.matrix_world = Matrix(camera_to_world.tolist())
         lens = self._camera.data
         lens.sensor_fit, lens.sensor_height, lens.lens = "VERTICAL", SENSOR_MM, fy_over_height * SENSOR_MM

@@ -25,6 +25,7 @@ def main(job_folder: Path, out: Path) -> int:
     except ImportError as error:
         say(failed=str(error))
         return 3
+    from sim1.render.appearance_file import note_device
     from sim1.render.job import Job
 
     job = Job.read(job_folder)
@@ -44,11 +45,17 @@ def main(job_folder: Path, out: Path) -> int:
         if clip is not shown:
             scene.set_appearance(clip.appearance)
             motion, poses, shown = job.motion(clip), job.camera_poses(clip), clip
+            note_device(out / clip.folder, scene.device)
         scene.set_frame(garment_m=motion["garment_m"][frame], parts=motion["parts"][frame])
         path = job.frame_path(out, clip, camera, frame)
         path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_name(path.name + ".part")
-        scene.render(part, camera_to_world=poses[camera][frame], fy_over_height=job.fy_over_height[camera])
+        scene.render(
+            part,
+            camera_to_world=poses[camera][frame],
+            fy_over_height=job.fy_over_height[camera],
+            seed=job.picture_seed(clip, camera, frame),
+        )
         _keep_pixels_only(part)
         os.replace(part, path)
         done += 1

@@ -220,9 +220,9 @@ def test_a_missing_frame_is_refused_by_name(tmp_path):
 def test_frames_whose_appearance_is_told_in_another_schema_are_refused(tmp_path):
     artifact = write_rendered(tmp_path / "towel")
     path = artifact / "episodes/0001/v0/appearance.json"
-    path.write_text(path.read_text().replace("sim1.appearance/2", "sim1.appearance/1"))
+    path.write_text(path.read_text().replace("sim1.appearance/3", "sim1.appearance/1"))
     with pytest.raises(
-        BadInput, match=r"0001/v0/appearance\.json: .*schema is 'sim1.appearance/1', expected '.*/2'.*render"
+        BadInput, match=r"0001/v0/appearance\.json: .*schema is 'sim1.appearance/1', expected '.*/3'.*render"
     ):
         dataset({"rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
 

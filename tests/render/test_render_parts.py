@@ -16,6 +16,7 @@ from sim1.render.cameras import project, raised
 from sim1.render.check import check_frames
 from sim1.render.robot_visuals import link_motion, part_poses, robot_parts
 from sim1.robot.kinematics import Arm
+from sim1.stage import BadInput
 
 
 @given(azimuth=st.floats(-3.1, 3.1), elevation=st.floats(0.3, 1.2), change=st.floats(-0.2, 0.2))
@@ -33,8 +34,9 @@ def test_raising_a_camera_changes_its_elevation_alone(azimuth, elevation, change
 def test_a_camera_above_the_middle_of_the_table_has_no_elevation_axis():
     pose = np.eye(4)
     pose[2, 3] = 1.0
-    with pytest.raises(ValueError, match="straight above"):
-        raised(pose, 0.1)
+    with pytest.raises(BadInput, match=r"scene\.json: camera head at \(0, 0, 1\) m stands straight above .* or move"):
+        raised(pose, 0.1, what="scene.json: camera head")
+    np.testing.assert_array_equal(raised(pose, 0.0), pose)
 
 
 def test_points_fall_where_a_pinhole_puts_them():

@@ -19,6 +19,8 @@ from sim1.policy.image.clips import Clip
 from sim1.policy.image.shifts import shifted_looks
 from sim1.progress import within
 from sim1.render.appearance import Appearance
+from sim1.render.appearance_file import NAME as NAME_OF_ABOUT
+from sim1.render.appearance_file import RENDERED_ON, read_about
 from sim1.render.blender import run_blender
 from sim1.render.looks.draw import read_looks
 from sim1.render.plan import plan_job
@@ -118,28 +120,26 @@ def _render(
             garment=garment,
             out=out,
             folder=Path(folder),
-            config=_rendered_like(trained[0], seed, stride),
+            config=_rendered_like(trained[0], stride),
         )
         if job.frame_count:
             run_blender(Path(folder), out)
 
 
 def _about(rendered: Path, trajectory: str, appearance: int) -> dict[str, Any]:
-    path = rendered / "episodes" / trajectory / f"v{appearance}" / "appearance.json"
-    try:
-        return json.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{path}: not readable ({error}); make rendered_episodes again") from error
+    return read_about(rendered / "episodes" / trajectory / f"v{appearance}" / NAME_OF_ABOUT)
 
 
-def _rendered_like(about: dict[str, Any], seed: int, stride: int) -> RenderConfig:
+def _rendered_like(about: dict[str, Any], stride: int) -> RenderConfig:
+    """Settings of stage `rendered_episodes` as a clip's record tells them, engine and noise included."""
     sizes = {(camera["width"], camera["height"]) for camera in about["cameras"].values()}
+    # What "auto" found then is taken again: a CPU gives the same picture to the bit.
+    device = "cpu" if about[RENDERED_ON] == ["cpu"] else about["device"]
     width, height = sizes.pop()  # one size for all cameras: `RenderConfig` has no other
     return RenderConfig(
-        seed=seed,
+        **{key: about[key] for key in ("engine", "seed", "samples", "denoise", "elevation_jitter_deg")},
+        device=device,
         rate_hz=about["rate_hz"] // stride,
-        samples=about["samples"],
-        denoise=about["denoise"],
         cameras=tuple(about["cameras"]),
         width=width,
         height=height,
