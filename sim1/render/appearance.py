@@ -60,7 +60,7 @@ class Glow:
     shape: Block  # kind in `sim1.render.looks.sky.GLOWS`
     bearing_rad: float  # where it comes from
     color: Color
-    level: float  # radiance of a white sheet on the table that it alone lights
+    level: float  # luminance of a white sheet on the table that it alone lights, with nothing in between
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,6 @@
 """Pictures of looks in Blender's memory: nothing is read from or written to a file. Imported by the worker alone.
 
-Pictures are as fine as the frames need: a frame of few points shows no thread.
+Pictures are finer the wider the frames are: a frame of few points shows no thread.
 """
 
 from collections.abc import Callable

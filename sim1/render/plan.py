@@ -13,7 +13,7 @@ import trimesh
 from PIL import Image
 
 from sim1.episode import ARMS, RATE_HZ, episode_folders, read_episode
-from sim1.render.appearance import SCHEMA, Appearance, Color
+from sim1.render.appearance import SCHEMA, Appearance
 from sim1.render.appearance_file import write_about
 from sim1.render.cameras import raised
 from sim1.render.job import SETTINGS, VIEW_TRANSFORM, Clip, Job, frame_path, write_cameras, write_motion
@@ -24,10 +24,12 @@ from sim1.robot.kinematics import Arm
 from sim1.scene.description import Camera, Scene, read_scene
 from sim1.stage import BadInput, random_stream
 
+TEXTURE_PLACES = 4000  # of the garment, whose colours stand for its texture
 TABLE_DROP_M = 0.003  # drawn that much lower: cloth that rests in the top by a contact radius would be hidden by it
 
-type Choice = Callable[[str, Color], Sequence[Appearance]]
-"""Appearances to render a trajectory in, by its name and the mean colour of the garment's texture; none: it is not rendered."""
+type Choice = Callable[[str, np.ndarray], Sequence[Appearance]]
+"""Appearances to render a trajectory in, by its name and sRGB colours (n, 3) of places of the garment's texture; none: it is not
+rendered."""
 
 
 def drawn(looks: Path, garment: str, config: RenderConfig) -> Choice:
@@ -38,12 +40,12 @@ def drawn(looks: Path, garment: str, config: RenderConfig) -> Choice:
     """
     known = read_looks(looks)
 
-    def choose(name: str, mean: Color) -> list[Appearance]:
+    def choose(name: str, texture: np.ndarray) -> list[Appearance]:
         return [
             draw_appearance(
                 partial(random_stream, config.seed, "appearance", garment, name, variant),
                 known,
-                scanned=mean,
+                scanned=texture,
                 scanned_share=config.scanned_share,
                 elevation_jitter_rad=np.radians(config.elevation_jitter_deg),
             )
@@ -75,7 +77,7 @@ def plan_job(
     cameras = _cameras(world, config, scene)
     arm = Arm.from_urdf(world.urdf)
     parts = robot_parts(arm)
-    arrays, texture, mean = _static(mesh, world)
+    arrays, texture, places = _static(mesh, world)
     arrays |= {
         f"part_{i}_{key}": value
         for i, part in enumerate(parts)
@@ -86,7 +88,7 @@ def plan_job(
     settings = _settings(config)
     clips = []
     for source in episode_folders(trajectories)[: config.max_episodes or None]:
-        looks = choice(source.name, mean)
+        looks = choice(source.name, places)
         if not looks:
             continue
         episode = read_episode(source)
@@ -151,8 +153,8 @@ def _cameras(world: Scene, config: RenderConfig, scene: Path) -> dict[str, Camer
     return {name: known[name] for name in config.cameras}
 
 
-def _static(mesh: Path, world: Scene) -> tuple[dict[str, np.ndarray], Path, Color]:
-    """Meshes that only change place, the texture's file, and its mean colour."""
+def _static(mesh: Path, world: Scene) -> tuple[dict[str, np.ndarray], Path, np.ndarray]:
+    """Meshes that only change place, the texture's file, and its sRGB colours (n, 3) at places of the garment."""
     path = mesh / "mesh.npz"
     try:
         with np.load(path, allow_pickle=False) as data:
@@ -176,11 +178,13 @@ def _static(mesh: Path, world: Scene) -> tuple[dict[str, np.ndarray], Path, Colo
         "table_vertices": np.asarray(table.vertices) - [0.0, 0.0, TABLE_DROP_M],
         "table_faces": np.asarray(table.faces),
     }
-    # Mean over what the garment shows, not over the empty part of the texture chart.
+    # What the garment shows, not the empty part of the texture chart.
     height, width, _ = texture.shape
     x = np.clip((uv[..., 0] * width).astype(int), 0, width - 1)
     y = np.clip(((1.0 - uv[..., 1]) * height).astype(int), 0, height - 1)
-    return arrays, (mesh / "texture.png").resolve(), tuple(texture[y, x].reshape(-1, 3).mean(axis=0).tolist())
+    places = texture[y, x].reshape(-1, 3)
+    places = places[np.linspace(0, len(places) - 1, min(len(places), TEXTURE_PLACES)).astype(int)]
+    return arrays, (mesh / "texture.png").resolve(), places
 
 
 def _camera_poses(cameras: dict[str, Camera], links: list, elevation_rad: float, scene: Path) -> dict[str, np.ndarray]:

@@ -8,6 +8,8 @@ from mathutils import Vector
 
 from sim1.render import images, materials
 from sim1.render.appearance import Lamp, Room, Surface
+from sim1.render.looks.colors import light_color
+from sim1.render.looks.lamps import lamp_power_w
 from sim1.render.looks.room_meshes import room_meshes
 
 QUAD = np.array([[0, 1, 2, 3]])
@@ -29,12 +31,10 @@ class Surroundings:
     def __init__(self, room: Room, table_m: np.ndarray, surface: SurfaceMaker):
         meshes = room_meshes(room, table_m)
         floor = add_mesh("floor", meshes.floor, QUAD)
-        # Planks and tiles lie along the walls: the floor's picture is turned with the room.
-        middle, turn = meshes.floor.mean(axis=0), room.yaw_rad
-        local = (meshes.floor - middle)[:, :2] @ np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-        uv = (local - local.min(axis=0)) / np.ptp(local, axis=0)
+        flat = meshes.floor_flat_m
+        uv = (flat - flat.min(axis=0)) / np.ptp(flat, axis=0)
         floor.data.uv_layers.new(name=materials.FLAT_LAYER).uv.foreach_set("vector", uv.astype(np.float32).ravel())
-        floor.data.materials.append(surface(room.floor, local))
+        floor.data.materials.append(surface(room.floor, flat))
         self._items = [floor]
         paint = materials.plain_material("walls", room.walls, roughness=0.9)
         for number, corners in enumerate(meshes.walls):
@@ -77,11 +77,8 @@ def _link(name: str, data: bpy.types.ID) -> bpy.types.Object:
 
 def _add_lamp(lamp: Lamp) -> bpy.types.Object:
     light = bpy.data.lights.new("lamp", "AREA")
+    light.energy, light.size, light.color = lamp_power_w(lamp), lamp.side_m, light_color(lamp.color).tolist()
     position = Vector(lamp.position_m)
-    # A square of power P that looks at a sheet lights it, at a distance d, by P cos / (pi d^2); a white sheet sends 1/pi of it on.
-    cosine = position.z / position.length
-    light.energy = lamp.level * np.pi**2 * position.length_squared / cosine
-    light.size, light.color = lamp.side_m, materials.rgba(lamp.color)[:3]
     item = _link("lamp", light)
     item.location = position
     item.rotation_euler = (-position).to_track_quat("-Z", "Y").to_euler()

@@ -1,6 +1,6 @@
 """Pictures in which one thing is changed, and which trajectories are shown in them."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import partial
 
 import numpy as np
@@ -20,7 +20,7 @@ from sim1.render.looks.draw import draw_appearance, read_looks
 from sim1.render.stage import RenderConfig, rendered_episodes
 from sim1.stage import BadInput, random_stream
 
-TURN_RAD = np.radians(5.0)
+TURN_RAD, JITTER_RAD = np.radians(5.0), np.radians(4.0)
 
 
 def chance(seed: int):
@@ -35,8 +35,12 @@ def known():
 @pytest.fixture
 def trained(known):
     return draw_appearance(
-        chance(0), known, scanned=(0.8, 0.2, 0.2), scanned_share=1.0, elevation_jitter_rad=np.radians(5.0)
+        chance(0), known, scanned=np.array([[0.8, 0.2, 0.2]]), scanned_share=1.0, elevation_jitter_rad=JITTER_RAD
     )
+
+
+def shifted(trained, known, seed: int):
+    return shifted_looks(trained, chance(seed), known, viewpoint_rad=TURN_RAD, jitter_rad=JITTER_RAD)
 
 
 def changed(before, after) -> set[str]:
@@ -44,7 +48,7 @@ def changed(before, after) -> set[str]:
 
 
 def test_every_shift_changes_one_thing_alone(trained, known):
-    looks = shifted_looks(trained, chance(1), known, TURN_RAD)
+    looks = shifted(trained, known, 1)
     assert list(looks) == list(TITLES)
     assert {name: changed(trained, look) for name, look in looks.items()} == {
         IN_DOMAIN: set(),
@@ -53,18 +57,37 @@ def test_every_shift_changes_one_thing_alone(trained, known):
         "viewpoint_up": {"elevation_offset_rad"},
         "texture": {"fabric", "table"},
     }
-    assert {"glows"} <= changed(trained.room, looks["lighting"].room) <= {"glows", "lamps"}  # some rooms have no lamps
-    turned = [
-        looks[name].elevation_offset_rad - trained.elevation_offset_rad for name in ("viewpoint_down", "viewpoint_up")
-    ]
-    np.testing.assert_allclose(np.degrees(turned), [-5.0, 5.0])
+    assert {"glows", "name"} <= changed(trained.room, looks["lighting"].room) <= {"glows", "lamps", "name"}
+
+
+def test_the_shifted_viewpoints_lie_beyond_all_that_training_has_seen(trained, known):
+    assert trained.elevation_offset_rad != 0.0
+    looks = shifted(trained, known, 1)
+    offsets = [looks[name].elevation_offset_rad for name in ("viewpoint_down", "viewpoint_up")]
+    np.testing.assert_allclose(np.degrees(offsets), [-9.0, 9.0])
+
+
+def test_other_lighting_is_never_the_trained_one_and_the_room_is_named_by_it(trained, known):
+    layout, light, palette = trained.room.name.split("-")
+    for seed in range(20):
+        room = shifted(trained, known, seed)["lighting"].room
+        assert room.name.split("-")[::2] == [layout, palette]
+        assert room.name.split("-")[1] != light
+        assert room.glows != trained.room.glows
+
+
+def test_without_another_light_the_files_are_at_fault(trained, known):
+    light = trained.room.name.split("-")[1]
+    alone = replace(known, rooms=tuple(room for room in known.rooms if room.name.split("-")[1] == light))
+    with pytest.raises(BadInput, match=rf"rooms\.yaml: lights has '{light}' alone.*add another"):
+        shifted(trained, alone, 0)
 
 
 def test_another_texture_is_never_the_scanned_one_and_the_same_chance_gives_the_same_looks(trained, known):
     for seed in range(20):
-        looks = shifted_looks(trained, chance(seed), known, TURN_RAD)
+        looks = shifted(trained, known, seed)
         assert looks["texture"].fabric.name != SCANNED
-        assert looks == shifted_looks(trained, chance(seed), known, TURN_RAD)
+        assert looks == shifted(trained, known, seed)
 
 
 def still(garment: str, name: str) -> Trajectory:

@@ -88,6 +88,8 @@ def failed(findings) -> list[str]:
 def test_every_held_out_clip_and_every_look_is_measured(made):
     out, facts, _ = made
     assert failed(check_image_policy(out)) == []
+    about = json.loads((out / "image_policy.json").read_text())
+    assert about["elevation_offset_deg"] == {"viewpoint_down": -10.0, "viewpoint_up": 10.0}
     assert (facts["training_trajectory_count"], facts["held_out_trajectory_count"]) == (4, 1)
     errors = pd.read_parquet(out / "open_loop.parquet")
     assert set(errors["trajectory"]) == {HELD_OUT}

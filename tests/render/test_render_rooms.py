@@ -8,14 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from towel_cell import LOOKS
 
-from sim1.render.appearance import Glow, Piece, Room
+from sim1.render.appearance import Glow, Lamp, Piece, Room
 from sim1.render.looks.blocks import Block
+from sim1.render.looks.colors import hsv, light_color, linear
 from sim1.render.looks.draw import read_looks
 from sim1.render.looks.furniture import FURNITURE
+from sim1.render.looks.lamps import lamp_power_w
 from sim1.render.looks.room_meshes import CLEAR_M, FLOOR_BELOW_M, room_meshes
 from sim1.render.looks.sky import GLOWS, directions, sky
+from sim1.stage import BadInput
 
 ROOMS = {entry.name: entry for entry in read_looks(LOOKS).rooms}
+HUES = st.floats(0.0, 360.0)
 PLATE = np.array([[-0.4, -0.6, -0.03], [0.4, 0.6, 0.0]])
 
 
@@ -37,12 +41,42 @@ def glows(draw) -> Block:
 
 
 @settings(deadline=None)
-@given(shape=glows(), level=st.floats(0.1, 5.0), bearing=st.floats(0.0, 6.3))
-def test_a_glow_lights_the_table_as_bright_as_its_level(shape, level, bearing):
-    glow = Glow(shape=shape, bearing_rad=bearing, color=(1.0, 1.0, 1.0), level=level)
+@given(shape=glows(), level=st.floats(0.1, 5.0), bearing=st.floats(0.0, 6.3), hue=HUES)
+def test_a_glow_lights_the_table_as_bright_as_its_level_whatever_its_colour(shape, level, bearing, hue):
+    glow = Glow(shape=shape, bearing_rad=bearing, color=hsv(hue, 0.4, 1.0), level=level)
     picture = sky(room(glows=(glow,)))
     assert np.isfinite(picture).all()
-    np.testing.assert_allclose(light_on_a_sheet(picture, (0.0, 0.0, 1.0)), level, rtol=0.01)
+    red, green, blue = light_on_a_sheet(picture, (0.0, 0.0, 1.0))
+    assert 0.2126 * red + 0.7152 * green + 0.0722 * blue == pytest.approx(level, rel=0.01)
+
+
+def test_a_light_keeps_its_hue():
+    light = light_color((1.0, 0.8, 0.6))
+    np.testing.assert_allclose(light / light[0], linear(np.array([1.0, 0.8, 0.6])))
+
+
+def test_a_glow_that_falls_between_the_points_of_the_sky_s_picture_is_refused():
+    shape = Block(kind="panel", values={"offset": 2.8, "width": 0.1, "length": 0.1})
+    glow = Glow(shape=shape, bearing_rad=0.0, color=(1.0, 1.0, 1.0), level=1.0)
+    with pytest.raises(BadInput, match=r"glow panel of .*2\.8.* would light nothing; make it wider"):
+        sky(room(glows=(glow,)), rows=32)
+
+
+@pytest.mark.parametrize(("elevation_deg", "distance_m"), [(90.0, 1.0), (30.0, 1.0), (30.0, 2.0)])
+def test_a_lamp_s_power_makes_the_sheet_as_bright_as_its_level(elevation_deg, distance_m):
+    up, along = np.sin(np.radians(elevation_deg)), np.cos(np.radians(elevation_deg))
+    position = (distance_m * along, 0.0, distance_m * up)
+    lamp = Lamp(position_m=position, side_m=0.01, color=(1.0, 1.0, 1.0), level=0.7)
+    radiance = lamp_power_w(lamp) / (np.pi * 0.01**2)  # of a small Lambertian square
+    solid_angle = 0.01**2 / distance_m**2
+    assert radiance * solid_angle * up / np.pi == pytest.approx(0.7)  # white paper sends 1/pi of what it gets
+
+
+def test_the_floor_s_picture_is_turned_with_the_room():
+    straight, turned = (room_meshes(room(yaw_rad=yaw), PLATE) for yaw in (0.0, 0.7))
+    np.testing.assert_allclose(turned.floor_flat_m, straight.floor_flat_m)
+    np.testing.assert_allclose(straight.floor[:, :2], straight.floor_flat_m, atol=1e-12)
+    assert np.abs(turned.floor[:, :2] - turned.floor_flat_m).max() > 0.5
 
 
 @pytest.mark.parametrize("bearing", [0.0, 0.5 * np.pi, np.pi, 1.5 * np.pi])

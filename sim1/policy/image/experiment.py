@@ -92,6 +92,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
         "held_out": sorted({f"{clip.trajectory.garment}/{clip.trajectory.name}" for clip in parts.held_out}),
         "view_clips": len(shown),
         "viewpoint_deg": config.viewpoint_deg,
+        "elevation_offset_deg": _elevations_deg(out) if shown else {},
         "evaluate_every": config.evaluate_every,
         "splits": [split.as_row(name) for name, split in parts.splits.items()],
         "points": [asdict(point) for point in points],
@@ -114,6 +115,19 @@ def _views(inputs: Inputs, parts: Parts, out: Path, stride: int, config: ImagePo
             write_views(inputs, chosen, parts.train, out, seed=config.seed, viewpoint_rad=turn_rad, stride=stride)
     shutil.rmtree(out / FRAMES, ignore_errors=True)  # also where a run was killed before it came to that
     return clips_of(out / VIEWS, chosen)
+
+
+def _elevations_deg(out: Path) -> dict[str, float]:
+    """Turn of the head camera from where the scene has it, by shift of the viewpoint."""
+    table = read_table(out / VIEWS / "provenance.parquet")
+    turned = {
+        shift: json.loads(table["look"][table["appearance"] == place].iloc[0]) for place, shift in enumerate(TITLES)
+    }
+    return {
+        shift: round(math.degrees(look["elevation_offset_rad"]), 6)
+        for shift, look in turned.items()
+        if shift.startswith("viewpoint")
+    }
 
 
 def _keep(out: Path, trained: Trained, losses: Sequence[float]) -> None:

@@ -111,10 +111,12 @@ def _grows(change: Mean | None) -> bool:
 
 
 def _changes(about: Mapping[str, Any]) -> str:
+    offsets = ", ".join(f"{TITLES[shift]} {deg:+g}°" for shift, deg in sorted(about["elevation_offset_deg"].items()))
     return (
         f"Looks: {', '.join(TITLES.values())}. A look of training is that of a training clip of the same garment, drawn at "
-        "random for each held-out trajectory; all others differ from it in one thing. Other lighting replaces lamps and sky, another texture replaces the fabric by a made-up one and "
-        f"the table with it, the head camera is turned about the table's middle by {about['viewpoint_deg']:g}° of elevation. "
+        "random for each held-out trajectory; all others differ from it in one thing. Other lighting replaces lamps and sky by those of a light of another name, another texture replaces the fabric by a made-up one and "
+        f"the table with it, the head camera is turned about the table's middle to {about['viewpoint_deg']:g}° of elevation beyond all that training "
+        f"has seen ({offsets or 'no views'}, from where the scene has it). "
         "Wrist cameras, where there are any, do not move with it. What is new comes from the distribution that training looks "
         "come from. All these were rendered and encoded as the dataset was."
     )

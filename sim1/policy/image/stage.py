@@ -27,7 +27,9 @@ class ImagePolicyConfig:
     )  # only every so many frames of a held-out trajectory are tried, and rendered anew
     shifted_trajectories: int = Field(1, ge=0)  # held-out ones rendered anew with one thing changed, garments in turn
     shifted_first: tuple[str, ...] = ("towel",)  # preferred for it, where the dataset has them; then by name
-    viewpoint_deg: float = Field(5.0, ge=0, le=30)  # change of the head camera's elevation (paper, section 4.1)
+    viewpoint_deg: float = Field(
+        5.0, ge=0, le=30
+    )  # of the head camera's elevation, beyond all that training has seen (paper, 4.1)
 
 
 def image_policy(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Facts:

@@ -105,11 +105,13 @@ def _render(
         _about(rendered, clip.trajectory.name, clip.appearance) for clip in train if clip.trajectory.garment == garment
     ]
     known, shown = read_looks(only(inputs, "appearance")), {}
+    jitter_rad = np.radians(trained[0]["elevation_jitter_deg"])
     for name in names:
         seen = trained[int(random_stream(seed, "look", garment, name).integers(len(trained)))]
         base = TypeAdapter(Appearance).validate_python(seen["appearance"])
         chance = partial(random_stream, seed, "look", garment, name)
-        shown[name] = tuple(shifted_looks(base, chance, known, viewpoint_rad).values())
+        looks = shifted_looks(base, chance, known, viewpoint_rad=viewpoint_rad, jitter_rad=jitter_rad)
+        shown[name] = tuple(looks.values())
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         job = plan_job(

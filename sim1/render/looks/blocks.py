@@ -4,11 +4,18 @@ A kind is a function whose keyword arguments are the numbers, registered togethe
 Adding a kind is adding one such function; files can name it at once.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 type Limits = tuple[float, float]  # smallest and largest value that makes sense
+
+
+@dataclass(frozen=True)
+class Whole:
+    """Whole numbers that make sense, in rising order."""
+
+    numbers: Sequence[int]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,10 +36,10 @@ class Kinds:
     def __init__(self, what: str):
         self.what = what
         self._functions: dict[str, Callable[..., Any]] = {}
-        self.limits: dict[str, dict[str, Limits]] = {}  # kind -> name of a number -> its limits
+        self.limits: dict[str, dict[str, Limits | Whole]] = {}  # kind -> name of a number -> its limits
         self.color_counts: dict[str, int] = {}  # kind -> how many colours it shows
 
-    def kind[F: Callable[..., Any]](self, *, colors: int = 1, **limits: Limits) -> Callable[[F], F]:
+    def kind[F: Callable[..., Any]](self, *, colors: int = 1, **limits: Limits | Whole) -> Callable[[F], F]:
         """Register the decorated function as the kind of its name."""
 
         def register(function: F) -> F:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from sim1.render.appearance import SCANNED, Color, Fabric
+from sim1.render.looks.colors import encoded, linear
 from sim1.render.looks.dyes import DYES
 from sim1.render.looks.patterns import PATTERNS
 from sim1.render.looks.weaves import weave_tile
@@ -21,18 +22,25 @@ def cloth_colors(fabric: Fabric, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.clip(DYES.make(fabric.dye, color, u, v, palette, fabric.seed), 0.0, 1.0)
 
 
-def shown_colors(fabric: Fabric) -> np.ndarray:
-    """Colours (n, 3) that places all over the fabric show from afar, shade and weft of its weave included."""
+def shown_light(fabric: Fabric, measured: np.ndarray | None = None) -> np.ndarray:
+    """Linear RGB (n, 3) that places all over the fabric show from afar, shade and weft of its weave included.
+
+    Args:
+        fabric: its look.
+        measured: sRGB colours (n, 3) of places of the garment's texture, for the fabric SCANNED; without them its mean stands for it.
+    """
     height, weft = weave_tile(fabric.weave, TILE_POINTS)
     if fabric.name == SCANNED:
-        color = np.array(fabric.colors[:1])
+        color = np.array(fabric.colors[:1]) if measured is None else measured
     else:
         place = (np.arange(MEAN_POINTS) + 0.5) * SIZE_M / MEAN_POINTS - 0.5 * SIZE_M
         color = cloth_colors(fabric, *np.meshgrid(place, place)).reshape(-1, 3)
-    color = color + fabric.weft * weft.mean() * (np.array(fabric.colors[1]) - color)
-    return color * (1.0 - fabric.shade * (1.0 - height.mean()))
+    # Threads are far smaller than a pixel, which averages their light; the shade is given in sRGB, about the root of light.
+    bright, over = (1.0 - fabric.shade * (1.0 - height)) ** 2, fabric.weft * weft
+    own, of_weft = ((1.0 - over) * bright).mean(), (over * bright).mean()
+    return own * linear(color) + of_weft * linear(fabric.colors[1])
 
 
 def mean_color(fabric: Fabric) -> Color:
-    """Mean sRGB colour that the fabric shows."""
-    return tuple(shown_colors(fabric).mean(axis=0).tolist())
+    """The sRGB colour of the fabric's mean light."""
+    return tuple(encoded(shown_light(fabric).mean(axis=0)).tolist())

@@ -11,6 +11,7 @@ from sim1.render.looks.reading import Entry, Range
 
 HUE_DEG: Limits = (-360.0, 720.0)  # a range may pass 0 or 360, where red is
 SHARE: Limits = (0.0, 1.0)
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear red, green and blue (Rec. 709)
 
 
 @dataclass(frozen=True)
@@ -31,10 +32,21 @@ def hsv(hue_deg: float, saturation: float, value: float) -> Color:
     return colorsys.hsv_to_rgb(hue_deg / 360.0 % 1.0, saturation, value)
 
 
-def linear(color: Color) -> np.ndarray:
-    """Linear RGB (3,) of an sRGB colour."""
+def linear(color: Color | np.ndarray) -> np.ndarray:
+    """Linear RGB (..., 3) of sRGB colours (..., 3)."""
     values = np.asarray(color)
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def encoded(light: np.ndarray) -> np.ndarray:
+    """The sRGB colours (..., 3) of linear RGB (..., 3) in [0, 1]: what `linear` takes back."""
+    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 0.0031308) ** (1 / 2.4) - 0.055)
+
+
+def light_color(color: Color) -> np.ndarray:
+    """Linear RGB (3,) of luminance 1 with the hue and saturation of an sRGB colour: what a light of level 1 sends out."""
+    light = linear(color)
+    return light / (light @ LUMINANCE)
 
 
 def read_color(entry: Entry) -> ColorEntry:

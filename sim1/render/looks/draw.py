@@ -13,16 +13,17 @@ import numpy as np
 
 from sim1.render.appearance import SCANNED, Appearance, Color, Fabric, Table
 from sim1.render.looks import cloth_colors, surface_colors
+from sim1.render.looks.colors import encoded, linear
 from sim1.render.looks.fabrics import FabricEntry, read_fabrics
 from sim1.render.looks.rooms import RoomEntry, read_rooms
 from sim1.render.looks.surfaces import TableEntry, read_tables
 from sim1.stage import BadInput
 
 FILES = ("fabrics.yaml", "tables.yaml", "rooms.yaml")
-MIN_CONTRAST = 0.3  # between the means of garment and table, sRGB distance: the garment has to be seen
+MIN_CONTRAST = 0.3  # between the mean light of garment and table, distance in sRGB: the garment has to be seen
 MIN_PLACE_CONTRAST = 0.2  # between the means of table and of a place of the garment, in a share of places of at least
 MIN_SHARE = 0.6
-MIRROR_DIMS = 0.5  # metal shows the room: by up to so much darker than a sheet of its colour
+MIRROR_DIMS = 0.5  # metal shows the room: by up to so much darker, in sRGB, than a sheet of its colour
 TRIES = 6  # of colours for one table before the next one is tried
 
 type Chance = Callable[..., np.random.Generator]
@@ -58,14 +59,14 @@ def read_looks(folder: Path) -> Looks:
 
 
 def draw_appearance(
-    chance: Chance, looks: Looks, *, scanned: Color, scanned_share: float, elevation_jitter_rad: float
+    chance: Chance, looks: Looks, *, scanned: np.ndarray, scanned_share: float, elevation_jitter_rad: float
 ) -> Appearance:
     """Draw a look in which the garment stands out from the table.
 
     Args:
         chance: source of randomness.
         looks: what there is to draw from.
-        scanned: mean sRGB colour of the garment's measured texture.
+        scanned: sRGB colours (n, 3) of places all over the garment's measured texture.
         scanned_share: probability in [0, 1] of keeping that texture.
         elevation_jitter_rad: largest change of the head camera's elevation.
 
@@ -73,30 +74,32 @@ def draw_appearance(
         BadInput: no table stands out from the fabric that was drawn.
     """
     if chance("keep").random() < scanned_share:
-        fabric = looks.scanned.draw(chance("fabric", SCANNED), (scanned,) * 3)
+        mean: Color = tuple(encoded(linear(scanned).mean(axis=0)).tolist())
+        fabric = looks.scanned.draw(chance("fabric", SCANNED), (mean,) * 3)
     else:
         chosen = _shuffled(looks.fabrics, chance, "fabric")[0]
         fabric = chosen.draw(chance("fabric", chosen.name))
     room = _shuffled(looks.rooms, chance, "room")[0]
     return Appearance(
         fabric=fabric,
-        table=_draw_table(chance, looks, fabric),
+        table=_draw_table(chance, looks, fabric, scanned),
         room=room.draw(chance("room", room.name)),
         elevation_offset_rad=float(chance("camera").uniform(-elevation_jitter_rad, elevation_jitter_rad)),
     )
 
 
-def contrast(fabric: Fabric, table: Table) -> float:
-    """Distance between the mean sRGB colours that both show; of metal, the least for whatever it may mirror."""
-    return float(_distances(np.array(cloth_colors.mean_color(fabric)), table))
+def stands_out(fabric: Fabric, table: Table, scanned: np.ndarray | None = None) -> bool:
+    """Whether the garment can be seen: its mean differs from the table's, and so does most of it, not its dots alone.
 
-
-def stands_out(fabric: Fabric, table: Table) -> bool:
-    """Whether the garment can be seen: its mean differs from the table's, and so does most of it, not its dots alone."""
-    shown = cloth_colors.shown_colors(fabric)
+    Args:
+        fabric: of the garment.
+        table: that it lies on.
+        scanned: sRGB colours (n, 3) of the measured texture, if the fabric is that.
+    """
+    light = cloth_colors.shown_light(fabric, scanned)
     return bool(
-        _distances(shown.mean(axis=0), table) >= MIN_CONTRAST
-        and (_distances(shown, table) >= MIN_PLACE_CONTRAST).mean() >= MIN_SHARE
+        _distances(encoded(light.mean(axis=0)), table) >= MIN_CONTRAST
+        and (_distances(encoded(light), table) >= MIN_PLACE_CONTRAST).mean() >= MIN_SHARE
     )
 
 
@@ -107,16 +110,16 @@ def _distances(colors: np.ndarray, table: Table) -> np.ndarray:
     return np.linalg.norm(colors[..., None, :] - shown, axis=-1).min(axis=-1)
 
 
-def _draw_table(chance: Chance, looks: Looks, fabric: Fabric) -> Table:
+def _draw_table(chance: Chance, looks: Looks, fabric: Fabric, scanned: np.ndarray) -> Table:
     for entry in _shuffled(looks.tables, chance, "table"):
         stream = chance("table", entry.name)
         for _ in range(TRIES):
             table = entry.draw(stream)
-            if stands_out(fabric, table):
+            if stands_out(fabric, table, scanned):
                 return table
     raise BadInput(
-        f"{looks.folder / FILES[1]}: no table stands out by {MIN_CONTRAST:g} (distance of mean sRGB colours) from fabric "
-        f"{fabric.name} of mean colour {', '.join(f'{value:.2f}' for value in cloth_colors.mean_color(fabric))}; "
+        f"{looks.folder / FILES[1]}: no table stands out from fabric {fabric.name}, by {MIN_CONTRAST:g} from its mean and by "
+        f"{MIN_PLACE_CONTRAST:g} from {100 * MIN_SHARE:.0f} % of its places (distance of sRGB colours); its mean colour is {', '.join(f'{value:.2f}' for value in cloth_colors.mean_color(fabric))}; "
         "add a dark and a bright table"
     )
 

@@ -6,8 +6,8 @@ palette (3, 3) of base, second and third colour, and a seed; it gives colours (.
 
 import numpy as np
 
-from sim1.render.looks.blocks import Kinds
-from sim1.render.looks.noise import clouds, step
+from sim1.render.looks.blocks import Kinds, Whole
+from sim1.render.looks.noise import clouds, covered, step
 
 PATCH = (0.001, 0.5)  # m
 AMOUNT = (0.0, 1.0)
@@ -24,9 +24,9 @@ def even(color: np.ndarray, x: np.ndarray, y: np.ndarray, palette: np.ndarray, s
 def heather(
     color: np.ndarray, x: np.ndarray, y: np.ndarray, palette: np.ndarray, seed: int, *, amount: float, fibre_m: float
 ) -> np.ndarray:
-    """Fibres of the second colour spun in: short flecks along x, over `amount` of the cloth."""
+    """Fibres of the second colour spun in: short flecks along x, over about `amount` of the cloth."""
     flecks = clouds(x / (3.0 * fibre_m), y / fibre_m, seed, octaves=2)
-    return _mixed(color, palette[1], step(0.68 - 0.4 * amount, 0.82 - 0.4 * amount, flecks))
+    return _mixed(color, palette[1], covered(amount, flecks, octaves=2, soft=0.07))
 
 
 @DYES.kind(amount=AMOUNT, length_m=PATCH, width_m=PATCH)
@@ -52,8 +52,7 @@ def wash(
 ) -> np.ndarray:
     """Patches bleached to the second colour, over about `amount` of the cloth, with hard and soft edges."""
     patches = clouds(x / patch_m, y / patch_m, seed, octaves=4)
-    level = 0.7 - 0.4 * amount
-    return _mixed(color, palette[1], step(level - 0.08, level + 0.1, patches))
+    return _mixed(color, palette[1], covered(amount, patches, octaves=4, soft=0.09))
 
 
 @DYES.kind(colors=2, reach_m=(0.05, 1.0), turn_deg=(-180.0, 180.0))
@@ -66,7 +65,7 @@ def ombre(
     return _mixed(color, palette[1], step(-0.5 * reach_m, 0.5 * reach_m, along))
 
 
-@DYES.kind(colors=3, ring_m=(0.01, 0.5), twist=(0.0, 3.0))
+@DYES.kind(colors=3, ring_m=(0.01, 0.5), twist=Whole(range(4)))
 def tie_dye(
     color: np.ndarray, x: np.ndarray, y: np.ndarray, palette: np.ndarray, seed: int, *, ring_m: float, twist: float
 ) -> np.ndarray:
@@ -74,7 +73,7 @@ def tie_dye(
     knot = np.random.default_rng(seed).uniform(-0.12, 0.12, 2)
     radius, angle = np.hypot(x - knot[0], y - knot[1]), np.arctan2(y - knot[1], x - knot[0])
     bleed = 2.5 * (clouds(x / 0.04, y / 0.04, seed, octaves=3) - 0.5)
-    phase = (radius / ring_m + 3.0 * round(twist) * angle / (2.0 * np.pi) + bleed) % 3.0
+    phase = (radius / ring_m + 3.0 * twist * angle / (2.0 * np.pi) + bleed) % 3.0
     weights = np.stack([1.0 - step(0.35, 0.75, np.abs((phase - k + 1.5) % 3.0 - 1.5)) for k in range(3)], axis=-1)
     return weights @ palette / np.maximum(weights.sum(axis=-1, keepdims=True), 1e-9)
 

@@ -6,7 +6,8 @@ Every function gives weights (..., 3) that add up to 1, of base, second and thir
 import numpy as np
 
 from sim1.render.looks.blocks import Kinds
-from sim1.render.looks.noise import clouds, scatter, step
+from sim1.render.looks.noise import clouds, covered, scatter, step
+from sim1.render.looks.weights import weights
 
 SIZE = (0.0005, 1.0)  # m
 SHARE = (0.0, 1.0)
@@ -16,7 +17,7 @@ FIGURES = Kinds("figure")
 @FIGURES.kind()
 def plain(x: np.ndarray, y: np.ndarray, seed: int) -> np.ndarray:
     """The base colour alone: lacquer."""
-    return _weights(np.zeros(x.shape))
+    return weights(np.zeros(x.shape))
 
 
 @FIGURES.kind(colors=2, ring_m=SIZE, share=SHARE)
@@ -26,7 +27,7 @@ def grain(x: np.ndarray, y: np.ndarray, seed: int, *, ring_m: float, share: floa
     wobble = 0.6 * clouds(x / 0.15, y / 0.01, seed + 1, octaves=2)
     ring = (y / ring_m + bend + wobble) % 1.0
     pores = step(0.6, 0.8, clouds(x / 0.03, y / 0.0015, seed + 2))
-    return _weights(np.clip(share * (ring**2 + 0.5 * pores), 0.0, 1.0))
+    return weights(np.clip(share * (ring**2 + 0.5 * pores), 0.0, 1.0))
 
 
 @FIGURES.kind(colors=3, size_m=SIZE, share=SHARE)
@@ -39,7 +40,7 @@ def veins(x: np.ndarray, y: np.ndarray, seed: int, *, size_m: float, share: floa
     fine = 0.5 * share * (1.0 - step(0.0, 0.02, np.abs(clouds(2.3 * u + du, 2.3 * v + dv, seed + 3, octaves=3) - 0.55)))
     cloud = 0.5 * share * step(0.4, 0.75, field)
     second = np.maximum(vein, fine)
-    return _weights(second, cloud * (1.0 - second))
+    return weights(second, cloud * (1.0 - second))
 
 
 @FIGURES.kind(colors=3, size_m=SIZE, share=SHARE)
@@ -54,25 +55,20 @@ def specks(x: np.ndarray, y: np.ndarray, seed: int, *, size_m: float, share: flo
             distance = u * u + v * v
             which = np.where(distance < nearest, scatter(i + a, j + b, seed + 2), which)
             nearest = np.minimum(distance, nearest)
-    return _weights((which < 0.5 * share).astype(float), ((which >= 0.5 * share) & (which < share)).astype(float))
+    return weights((which < 0.5 * share).astype(float), ((which >= 0.5 * share) & (which < share)).astype(float))
 
 
 @FIGURES.kind(colors=3, size_m=SIZE, share=SHARE, fleck_m=SIZE, flecks=SHARE)
 def mottled(
     x: np.ndarray, y: np.ndarray, seed: int, *, size_m: float, share: float, fleck_m: float, flecks: float
 ) -> np.ndarray:
-    """Clouds of the second colour and flecks of the third: concrete, linoleum, felt, carpet."""
+    """Clouds of the second colour, flecks of the third over about `flecks` of it: concrete, linoleum, felt, carpet."""
     cloud = share * step(0.3, 0.7, clouds(x / size_m, y / size_m, seed, octaves=5))
-    fleck = step(0.8 - 0.4 * flecks, 0.9 - 0.4 * flecks, clouds(x / fleck_m, y / fleck_m, seed + 9, octaves=2))
-    return _weights(cloud * (1.0 - fleck), fleck)
+    fleck = covered(flecks, clouds(x / fleck_m, y / fleck_m, seed + 9, octaves=2), octaves=2, soft=0.05)
+    return weights(cloud * (1.0 - fleck), fleck)
 
 
 @FIGURES.kind(colors=2, width_m=SIZE, share=SHARE)
 def brushed(x: np.ndarray, y: np.ndarray, seed: int, *, width_m: float, share: float) -> np.ndarray:
     """Fine scratches along x: metal."""
-    return _weights(share * clouds(x / (150.0 * width_m), y / width_m, seed, octaves=2))
-
-
-def _weights(second: np.ndarray, third: np.ndarray | float = 0.0) -> np.ndarray:
-    third = np.broadcast_to(third, second.shape)
-    return np.stack([1.0 - second - third, second, third], axis=-1)
+    return weights(share * clouds(x / (150.0 * width_m), y / width_m, seed, octaves=2))

@@ -216,7 +216,7 @@ def rug(*, width_m: float, depth_m: float) -> list[Part]:
 
 
 def trestle(low_m: np.ndarray, high_m: np.ndarray) -> Part:
-    """Four legs below a table top whose underside's corners are `low_m` and `high_m` (2,), from z = 0 to `high_m[2]`."""
+    """Four legs below a table top whose underside's corners are `low_m` and `high_m` (3,), from z = 0 to `high_m[2]`."""
     thick, inset = 0.06, 0.04
     parts = [
         _box(DETAIL, (x, y, 0.0), (x + thick, y + thick, high_m[2]))

@@ -1,9 +1,12 @@
 """Random functions of the plane, the same for the same seed on every call and for every subset of points."""
 
+from statistics import NormalDist
+
 import numpy as np
 
 WRAP = 1 << 20  # lattice cells after which an unwrapped function repeats: farther than any garment or floor reaches
 SPREAD = 0.75  # of gradient noise about its mean: larger ones would be cut off at 0 and 1
+DEVIATION = 0.1625  # standard deviation of `clouds` with one octave, measured; its mean is 0.5
 SLOPES = np.stack([f(np.arange(64) * 2.0 * np.pi / 64) for f in (np.cos, np.sin)], axis=-1)
 
 
@@ -28,6 +31,29 @@ def clouds(x: np.ndarray, y: np.ndarray, seed: int, *, octaves: int = 1, wrap: i
         total += share * _smooth(x * scale, y * scale, seed + 101 * octave, wrap * scale)
         weight += share
     return total / weight
+
+
+def level(share: float, *, octaves: int) -> float:
+    """Level that about `share` of `clouds` lies above: near normal; none is above that of 0, all above that of 1."""
+    if share in (0.0, 1.0):
+        return 2.0 - 3.0 * share  # beyond the range of the noise and the softest of edges
+    halved = 0.5 ** np.arange(octaves)
+    return NormalDist(0.5, DEVIATION * np.hypot.reduce(halved) / halved.sum()).inv_cdf(
+        1.0 - min(max(share, 1e-9), 1.0 - 1e-9)
+    )
+
+
+def covered(share: float, noise: np.ndarray, *, octaves: int, soft: float) -> np.ndarray:
+    """1 on about `share` of the plane, 0 on the rest, smooth between; none of it at 0 and all at 1.
+
+    Args:
+        share: in [0, 1].
+        noise: `clouds` with `octaves`.
+        octaves: of the noise.
+        soft: half the width of an edge, in units of the noise; below 0.5.
+    """
+    middle = level(share, octaves=octaves)
+    return step(middle - soft, middle + soft, noise)
 
 
 def _smooth(x: np.ndarray, y: np.ndarray, seed: int, wrap: int) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sim1.data_file import read_data_file
-from sim1.render.looks.blocks import Block, Kinds, Limits
+from sim1.render.looks.blocks import Block, Kinds, Limits, Whole
 from sim1.stage import BadInput
 
 
@@ -25,11 +25,29 @@ class Range:
 
 
 @dataclass(frozen=True)
+class WholeRange:
+    """Some whole numbers, all alike probable."""
+
+    numbers: tuple[int, ...]
+
+    @property
+    def low(self) -> float:
+        return float(self.numbers[0])
+
+    @property
+    def high(self) -> float:
+        return float(self.numbers[-1])
+
+    def draw(self, stream: np.random.Generator) -> float:
+        return float(self.numbers[int(len(self.numbers) * stream.random())])
+
+
+@dataclass(frozen=True)
 class BlockEntry:
     """A kind with the ranges of its numbers."""
 
     kind: str
-    ranges: Mapping[str, Range]
+    ranges: Mapping[str, Range | WholeRange]
 
     def draw(self, stream: np.random.Generator) -> Block:
         return Block(kind=self.kind, values={name: span.draw(stream) for name, span in self.ranges.items()})
@@ -83,12 +101,14 @@ class Entry:
         for number, value in enumerate(self.value):
             yield Entry(self.path, (*self.keys, str(number)), value)
 
-    def range(self, limits: Limits) -> Range:
+    def range(self, limits: Limits | Whole) -> Range | WholeRange:
         """A number, or [low, high], within limits.
 
         Raises:
-            BadInput: neither, or outside the limits.
+            BadInput: neither, or outside the limits; a fraction where whole numbers alone make sense.
         """
+        if isinstance(limits, Whole):
+            return self._whole_range(limits)
         ends = self.value if isinstance(self.value, list) else [self.value, self.value]
         numbers = all(isinstance(end, int | float) and not isinstance(end, bool) and isfinite(end) for end in ends)
         low, high = limits
@@ -96,14 +116,21 @@ class Entry:
             raise self.fault(f"expected a number or [low, high] within {low:g} to {high:g}")
         return Range(float(ends[0]), float(ends[1]))
 
-    def block(self, kinds: Kinds, more: Mapping[str, Limits] | None = None) -> BlockEntry:
+    def _whole_range(self, limits: Whole) -> WholeRange:
+        ends = self.value if isinstance(self.value, list) else [self.value, self.value]
+        known = all(isinstance(end, int) and not isinstance(end, bool) and end in limits.numbers for end in ends)
+        if len(ends) != 2 or not known or ends[0] > ends[1]:
+            raise self.fault(f"expected one of {', '.join(map(str, limits.numbers))}, or [low, high] of these")
+        return WholeRange(tuple(number for number in limits.numbers if ends[0] <= number <= ends[1]))
+
+    def block(self, kinds: Kinds, more: Mapping[str, Limits | Whole] | None = None) -> BlockEntry:
         """A kind with its numbers, and those of `more`, which every kind has here.
 
         Raises:
             BadInput: an unknown kind; a number is unknown, missing or outside its limits.
         """
         kind = self.named().get("kind")
-        if kind is None or kind.value not in kinds.limits:
+        if kind is None or not isinstance(kind.value, str) or kind.value not in kinds.limits:
             raise (kind or self).fault(f"there is no such {kinds.what}; write kind: {', '.join(kinds.limits)}")
         limits = {**kinds.limits[kind.value], **(more or {})}
         fields = self.fields(("kind", *limits))

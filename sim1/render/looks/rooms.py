@@ -1,17 +1,17 @@
 """The rooms of `data/appearance/rooms.yaml`: every layout in every light and every palette, read strictly, drawn from."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 
 from sim1.render.appearance import Color, Glow, Lamp, Piece, Room
-from sim1.render.looks.blocks import Block, Limits
+from sim1.render.looks.blocks import Block, Limits, Whole
 from sim1.render.looks.colors import HUE_DEG, ColorEntry, draw_palette, hsv, read_color
 from sim1.render.looks.furniture import FURNITURE
-from sim1.render.looks.reading import BlockEntry, Entry, Range, read_entries
+from sim1.render.looks.reading import BlockEntry, Entry, Range, WholeRange, read_entries
 from sim1.render.looks.sky import GLOWS
 from sim1.render.looks.surfaces import SurfaceEntry, read_surface
 
@@ -20,7 +20,12 @@ JOINT = "-"  # between the names of layout, light and palette
 ROOM_M: Limits = (3.0, 12.0)
 LEVEL: Limits = (0.05, 5.0)
 PLACE: dict[str, Limits] = {"bearing_deg": (-360.0, 360.0), "gap_m": (0.0, 4.0)}
-LIGHT: dict[str, Limits] = {"count": (0.0, 6.0), "share": (0.0, 100.0), "hue_deg": HUE_DEG, "saturation": (0.0, 1.0)}
+LIGHT: dict[str, Limits | Whole] = {
+    "count": Whole(range(7)),
+    "share": (0.0, 100.0),
+    "hue_deg": HUE_DEG,
+    "saturation": (0.0, 1.0),
+}
 LAMP: dict[str, Limits] = {"elevation_deg": (20.0, 90.0), "distance_m": (0.8, 3.0), "side_m": (0.05, 2.0)}
 AGAINST_WALLS_RAD = 0.1  # standard deviation of a table's direction from that of the walls
 
@@ -38,13 +43,13 @@ class Layout:
 class Light:
     """Where light comes from."""
 
-    level: Range  # radiance of a white sheet on the table
+    level: Range  # luminance of a white sheet on the table, with nothing in between
     glows: tuple[BlockEntry, ...]  # with count, share, hue_deg and saturation
-    lamps: tuple[Mapping[str, Range], ...]  # the same and LAMP
+    lamps: tuple[Mapping[str, Range | WholeRange], ...]  # the same and LAMP
 
 
 @dataclass(frozen=True, kw_only=True)
-class Palette:
+class PaletteEntry:
     """Colours and materials."""
 
     walls: ColorEntry
@@ -59,7 +64,7 @@ class RoomEntry:
     name: str  # layout-light-palette
     layout: Layout
     light: Light
-    palette: Palette
+    palette: PaletteEntry
 
     def draw(self, stream: np.random.Generator) -> Room:
         yaw_rad = float(stream.integers(0, 4) * np.pi / 2.0 + stream.normal(0.0, AGAINST_WALLS_RAD))
@@ -98,6 +103,17 @@ def read_rooms(path: Path) -> tuple[RoomEntry, ...]:
     )
 
 
+def light_of(name: str) -> str:
+    """The light's name in a room's."""
+    return name.split(JOINT)[1]
+
+
+def lit_as(room: Room, other: Room) -> Room:
+    """The room in the other one's light, and named so."""
+    layout, _, palette = room.name.split(JOINT)
+    return replace(room, name=JOINT.join((layout, light_of(other.name), palette)), glows=other.glows, lamps=other.lamps)
+
+
 def _named(entry: Entry) -> dict[str, Entry]:
     """The parts' names; one with a hyphen could give two rooms the same name."""
     found = entry.named()
@@ -123,15 +139,15 @@ def _light(entry: Entry) -> Light:
         numbers = each.fields((*LIGHT, *LAMP))
         lamps.append({key: numbers[key].range(limits) for key, limits in (LIGHT | LAMP).items()})
     glows = tuple(each.block(GLOWS, LIGHT) for each in fields["glows"].listed(1, 6))
-    certain = [glow for glow in glows if glow.ranges["count"].low >= 0.5 and glow.ranges["share"].low > 0.0]
+    certain = [glow for glow in glows if glow.ranges["count"].low >= 1.0 and glow.ranges["share"].low > 0.0]
     if not certain:
         raise fields["glows"].fault("no glow is always there; give one a count of 1 and a share above 0")
     return Light(level=fields["level"].range(LEVEL), glows=glows, lamps=tuple(lamps))
 
 
-def _palette(entry: Entry) -> Palette:
+def _palette(entry: Entry) -> PaletteEntry:
     fields = entry.fields(("walls", "floor", "furniture"))
-    return Palette(
+    return PaletteEntry(
         walls=read_color(fields["walls"]),
         floor=read_surface(fields["floor"]),
         furniture=tuple(read_color(each) for each in fields["furniture"].listed(3, 3)),
@@ -150,11 +166,11 @@ def _piece(block: Block) -> Piece:
 def _lights(light: Light, stream: np.random.Generator) -> tuple[tuple[Glow, ...], tuple[Lamp, ...]]:
     """Draw the lights; their shares are scaled such that all levels add up to the level that is drawn."""
     level = light.level.draw(stream)
-    glows = [entry.draw(stream) for entry in light.glows for _ in range(_count(entry.ranges["count"], stream))]
+    glows = [entry.draw(stream) for entry in light.glows for _ in range(int(entry.ranges["count"].draw(stream)))]
     lamps = [
         {key: span.draw(stream) for key, span in lamp.items()}
         for lamp in light.lamps
-        for _ in range(_count(lamp["count"], stream))
+        for _ in range(int(lamp["count"].draw(stream)))
     ]
     scale = level / sum(values["share"] for values in (*(glow.values for glow in glows), *lamps))
     bearings = [float(stream.uniform(0.0, 2.0 * np.pi)) for _ in (*glows, *lamps)]
@@ -162,10 +178,6 @@ def _lights(light: Light, stream: np.random.Generator) -> tuple[tuple[Glow, ...]
         tuple(_glow(glow, bearing, scale) for glow, bearing in zip(glows, bearings)),
         tuple(_lamp(lamp, bearing, scale) for lamp, bearing in zip(lamps, bearings[len(glows) :])),
     )
-
-
-def _count(span: Range, stream: np.random.Generator) -> int:
-    return int(stream.integers(round(span.low), round(span.high) + 1))
 
 
 def _color(values: Mapping[str, float]) -> Color:

@@ -1,8 +1,8 @@
 """The light that comes from far away, as a picture of all directions: windows, sun, ceiling panels, walls.
 
 A picture has `rows` rows from straight down to straight up and twice as many columns around; the first one looks along -x, that
-at a quarter along +y and the middle one along +x, as Blender reads an equirectangular world. Radiances are linear and scaled such that every glow lights a white
-sheet on the table by its own `level`.
+at a quarter along +y and the middle one along +x, as Blender reads an equirectangular world. Radiances are linear and scaled such
+that every glow lights a white sheet on the table by its own `level`, whatever its colour: a level is a luminance.
 """
 
 from dataclasses import dataclass
@@ -11,8 +11,10 @@ import numpy as np
 
 from sim1.render.appearance import Room
 from sim1.render.looks.blocks import Kinds, Limits
-from sim1.render.looks.colors import linear
+from sim1.render.looks.colors import light_color, linear
 from sim1.render.looks.noise import step
+from sim1.render.looks.turns import about_z
+from sim1.stage import BadInput
 
 ELEVATION: Limits = (0.0, 90.0)  # deg; what lies below lights no table
 WIDTH: Limits = (6.0, 180.0)  # deg; a narrower one would fall between the picture's points
@@ -39,13 +41,23 @@ def directions(rows: int) -> Directions:
 
 
 def sky(room: Room, rows: int = 128) -> np.ndarray:
-    """Linear radiance (rows, 2 * rows, 3), float32."""
+    """Linear radiance (rows, 2 * rows, 3), float32.
+
+    Raises:
+        BadInput: a glow is too small for a picture with `rows` rows.
+    """
     around = directions(rows)
     weight = np.clip(around.to[..., 2], 0.0, None) * around.solid_angle / np.pi  # of a horizontal white sheet
     total = np.zeros_like(around.to)
     for glow in room.glows:
-        shape = GLOWS.make(glow.shape, around.to @ _turned(glow.bearing_rad))
-        total += glow.level * shape[..., None] / (shape * weight).sum() * linear(glow.color)
+        shape = GLOWS.make(glow.shape, around.to @ about_z(glow.bearing_rad))  # as seen along the bearing
+        own = (shape * weight).sum()
+        if not own > 0.0:
+            raise BadInput(
+                f"room {room.name}: glow {glow.shape.kind} of {dict(glow.shape.values)} lies between the {rows} rows of the sky's "
+                "picture and would light nothing; make it wider or higher"
+            )
+        total += glow.level * shape[..., None] / own * light_color(glow.color)
     above = (total * weight[..., None]).sum(axis=(0, 1))
     floor = above * FLOOR_SHARE * linear(room.floor.colors[0])
     return (total + np.where(around.to[..., 2:] < 0.0, floor, 0.0)).astype(np.float32)
@@ -74,7 +86,8 @@ def sun(to: np.ndarray, *, elevation_deg: float, width_deg: float) -> np.ndarray
     return _inside(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))), 0.5 * width_deg)
 
 
-@GLOWS.kind(offset=(-3.0, 3.0), width=(0.1, 3.0), length=(0.1, 6.0))
+# A panel farther off than two heights can be thinner than a row of the picture is high.
+@GLOWS.kind(offset=(-2.0, 2.0), width=(0.1, 3.0), length=(0.1, 6.0))
 def panel(to: np.ndarray, *, offset: float, width: float, length: float) -> np.ndarray:
     """A rectangle on the ceiling; place and size in heights of the ceiling above the table."""
     up = np.where(to[..., 2] > 0.02, to[..., 2], np.nan)
@@ -84,9 +97,3 @@ def panel(to: np.ndarray, *, offset: float, width: float, length: float) -> np.n
 
 def _inside(angle_deg: np.ndarray, half_deg: float) -> np.ndarray:
     return step(half_deg + SOFT_DEG, half_deg - 0.5 * SOFT_DEG, np.abs(angle_deg))
-
-
-def _turned(bearing_rad: float) -> np.ndarray:
-    """Rotation about z that takes a direction to one seen from a frame whose x looks along the bearing."""
-    cos, sin = np.cos(bearing_rad), np.sin(bearing_rad)
-    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

@@ -3,6 +3,7 @@
 import numpy as np
 
 from sim1.render.appearance import Color, Surface
+from sim1.render.looks.colors import encoded, linear
 from sim1.render.looks.figures import FIGURES
 from sim1.render.looks.joints import JOINTS
 from sim1.render.looks.noise import scatter
@@ -23,6 +24,6 @@ def surface_colors(surface: Surface, x: np.ndarray, y: np.ndarray) -> np.ndarray
 
 
 def mean_color(surface: Surface) -> Color:
-    """Mean sRGB colour that the surface shows."""
+    """The sRGB colour of the surface's mean light."""
     places = [(np.arange(count) + 0.5) * size / count - 0.5 * size for size, count in zip(SIZE_M, MEAN_POINTS)]
-    return tuple(surface_colors(surface, *np.meshgrid(*places)).mean(axis=(0, 1)).tolist())
+    return tuple(encoded(linear(surface_colors(surface, *np.meshgrid(*places))).mean(axis=(0, 1))).tolist())

@@ -5,10 +5,11 @@ Each kind gives height in [0, 1] and where the weft, the thread along x, lies on
 
 import numpy as np
 
-from sim1.render.looks.blocks import Block, Kinds
+from sim1.render.looks.blocks import Block, Kinds, Whole
 from sim1.render.looks.noise import clouds
 
 REPEAT = 32  # threads: a multiple of every kind's own period
+WIDTHS = Whole((2, 4, 8, 16))  # threads: what `REPEAT` is a multiple of
 WEAVES = Kinds("weave")
 
 type Relief = tuple[np.ndarray, np.ndarray]
@@ -33,18 +34,17 @@ def basket(x: np.ndarray, y: np.ndarray) -> Relief:
     return _interlaced(x, y, (np.floor(x / 2) + np.floor(y / 2)) % 2 < 1)
 
 
-@WEAVES.kind(over=(1.0, 3.0))
+@WEAVES.kind(over=Whole((1, 2, 3)))
 def twill(x: np.ndarray, y: np.ndarray, *, over: float) -> Relief:
     """Diagonals; the warp lies over `over` of four threads (denim: 3)."""
-    return _interlaced(x, y, (np.floor(x) + np.floor(y)) % 4 < round(over))
+    return _interlaced(x, y, (np.floor(x) + np.floor(y)) % 4 < over)
 
 
-@WEAVES.kind(width=(2.0, 16.0))
+@WEAVES.kind(width=WIDTHS)
 def herringbone(x: np.ndarray, y: np.ndarray, *, width: float) -> Relief:
-    """Diagonals that turn every `width` threads, taken as the next of 2, 4, 8 and 16."""
-    half = 2 ** int(np.clip(np.round(np.log2(width)), 1, 4))
-    i = np.floor(x) % (2 * half)
-    return _interlaced(x, y, (np.floor(y) + np.minimum(i, 2 * half - 1 - i)) % 4 < 2)
+    """Diagonals that turn every `width` threads."""
+    i = np.floor(x) % (2 * width)
+    return _interlaced(x, y, (np.floor(y) + np.minimum(i, 2 * width - 1 - i)) % 4 < 2)
 
 
 @WEAVES.kind()
@@ -53,12 +53,11 @@ def satin(x: np.ndarray, y: np.ndarray) -> Relief:
     return _interlaced(x, y, (np.floor(x) * 3 + np.floor(y)) % 8 >= 1)
 
 
-@WEAVES.kind(width=(1.0, 16.0))
+@WEAVES.kind(width=Whole((1, 2, 4, 8, 16)))
 def rib(x: np.ndarray, y: np.ndarray, *, width: float) -> Relief:
-    """Ridges along y, `width` threads from one to the next, taken as the next of 1, 2, 4, 8 and 16."""
-    pitch = 2 ** int(np.clip(np.round(np.log2(width)), 0, 4))
+    """Ridges along y, `width` threads from one to the next."""
     fuzz = clouds(2.0 * x, 2.0 * y, 7, wrap=2 * REPEAT)
-    return 0.85 * np.abs(np.sin(np.pi * x / pitch)) ** 0.7 + 0.15 * fuzz, np.zeros_like(x)
+    return 0.85 * np.abs(np.sin(np.pi * x / width)) ** 0.7 + 0.15 * fuzz, np.zeros_like(x)
 
 
 @WEAVES.kind()
@@ -69,11 +68,10 @@ def knit(x: np.ndarray, y: np.ndarray) -> Relief:
     return course * (0.35 + 0.65 * np.abs(np.sin(2.0 * np.pi * x))), np.zeros_like(x)
 
 
-@WEAVES.kind(width=(2.0, 16.0))
+@WEAVES.kind(width=WIDTHS)
 def waffle(x: np.ndarray, y: np.ndarray, *, width: float) -> Relief:
-    """Square hollows between ridges, `width` threads wide, taken as the next of 2, 4, 8 and 16."""
-    pitch = 2 ** int(np.clip(np.round(np.log2(width)), 1, 4))
-    u, v = (np.abs(2.0 * ((axis / pitch) % 1.0) - 1.0) for axis in (x, y))
+    """Square hollows between ridges, `width` threads wide."""
+    u, v = (np.abs(2.0 * ((axis / width) % 1.0) - 1.0) for axis in (x, y))
     return np.maximum(u, v) ** 1.5, np.zeros_like(x)
 
 
