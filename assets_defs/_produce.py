@@ -73,7 +73,7 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
     work = _work(snapshot, node, key, parts)
     twin = _twin(home, snapshot, node, key, work)
     try:
-        update = twin is None and node.stage.updates and _can_be_updated(at, parts)
+        update = _to_update(at, parts) if twin is None and node.stage.updates else None
         part = at.begin(recipe, resume=node.stage.resumes, update=update)
         if twin is not None:
             facts = _copy(home, twin, key, part)
@@ -89,12 +89,6 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
         raise NotMade(home.relative(str(error))) from error
     except OSError as error:
         raise _not_written(home, error, at.part) from error
-    if failed := [finding for finding in findings if finding.blocking and not finding.passed]:
-        at.reject()
-        reasons = "; ".join(f"{finding.name}: {finding.detail}" for finding in failed)
-        raise NotMade(
-            home.relative(f"failed its checks: {reasons} (kept for a look in {at.rejected})"), findings=findings
-        )
     record = {
         "schema": "sim1.artifact/1",
         "stage": node.stage.name,
@@ -111,6 +105,12 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
         "seconds": round(time.perf_counter() - started, 3),
     }
     try:
+        if failed := [finding for finding in findings if finding.blocking and not finding.passed]:
+            at.reject(record)
+            reasons = "; ".join(f"{finding.name}: {finding.detail}" for finding in failed)
+            raise NotMade(
+                home.relative(f"failed its checks: {reasons} (kept for a look in {at.rejected})"), findings=findings
+            )
         return Made(at.final, at.commit(record), findings)
     except OSError as error:
         raise _not_written(home, error, at.part) from error
@@ -138,14 +138,22 @@ def _twin(home: Home, snapshot: Snapshot, node: Node, key: Key, work: str) -> No
     return None
 
 
-def _can_be_updated(at: Place, parts: dict[str, Any]) -> bool:
-    """Whether the artifact at `at` is whole and was made by the same version of the same function."""
+def _to_update(at: Place, parts: dict[str, Any]) -> Path | None:
+    """What was made last, if it is whole and the same version of the same function made it.
+
+    That may be what failed its checks: most of it may be right, and the stage says itself what of it still holds. It is newer than
+    the artifact, as an artifact that is put in place removes it.
+    """
+    if (record := at.whole_rejected()) and _of_the_same_function(record, parts):
+        return at.rejected
     record = at.record()
-    return (
-        record is not None
-        and all(record["parts"][key] == parts[key] for key in ("version", "function"))
-        and at.damage(record, thorough=True) is None
-    )
+    if record and _of_the_same_function(record, parts) and at.damage(record, thorough=True) is None:
+        return at.final
+    return None
+
+
+def _of_the_same_function(record: dict[str, Any], parts: dict[str, Any]) -> bool:
+    return all(record["parts"][key] == parts[key] for key in ("version", "function"))
 
 
 def _copy(home: Home, twin: Node, key: Key, part: Path) -> dict[str, Any]:

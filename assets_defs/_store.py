@@ -54,10 +54,12 @@ class Place:
     def record(self) -> dict[str, Any] | None:
         """The artifact's record, or None where there is no whole artifact."""
         self._await()
-        try:
-            return json.loads((self.final / RECORD).read_text())
-        except (OSError, ValueError):
-            return None
+        return _record_in(self.final)
+
+    def whole_rejected(self) -> dict[str, Any] | None:
+        """The record of what failed its checks, or None where there is none or somebody changed it."""
+        record = _record_in(self.rejected)
+        return record if record and _damage(self.rejected, record, thorough=True) is None else None
 
     def made_at(self) -> float:
         """When the artifact was put in place, seconds since the epoch."""
@@ -65,32 +67,22 @@ class Place:
 
     def damage(self, record: dict[str, Any], *, thorough: bool) -> str | None:
         """What is wrong with the artifact's files, or None. Not thorough: files with their size and time unchanged pass."""
-        present = dict(content_files(self.final))
-        for name, known in record["files"].items():
-            if (file := present.pop(name, None)) is None:
-                return f"{name} is missing"
-            stat = file.stat()
-            if stat.st_size != known["size"]:
-                return f"{name} has {stat.st_size} bytes, was made with {known['size']}"
-            unchanged = stat.st_mtime_ns == known["mtime_ns"]
-            if (thorough or not unchanged) and digest_file(file) != known["sha256"]:
-                return f"{name} has other content than was made"
-        return f"{min(present)} does not belong to it" if present else None
+        return _damage(self.final, record, thorough=thorough)
 
-    def begin(self, recipe: str, *, resume: bool, update: bool = False) -> Path:
+    def begin(self, recipe: str, *, resume: bool, update: Path | None = None) -> Path:
         """A folder to make the artifact in.
 
         Args:
             recipe: of what is to be made.
             resume: go on in what an interrupted run of the same recipe left there.
-            update: else begin with a copy of the artifact that is to be replaced, instead of an empty folder.
+            update: else begin with a copy of this folder, if one is given, instead of an empty one.
         """
         note = self._beside("part.recipe")
         if not (resume and self.part.is_dir() and note.is_file() and note.read_text() == recipe):
             note.unlink(missing_ok=True)  # of a copy that is cut short, nobody goes on
             shutil.rmtree(self.part, ignore_errors=True)
             if update:
-                shutil.copytree(self.final, self.part, ignore=shutil.ignore_patterns(RECORD))
+                shutil.copytree(update, self.part, ignore=shutil.ignore_patterns(RECORD))
             else:
                 self.part.mkdir(parents=True)
             note.write_text(recipe)
@@ -98,13 +90,7 @@ class Place:
 
     def commit(self, record: dict[str, Any]) -> dict[str, Any]:
         """Put the finished `.part` in place of the artifact and return its record, with data version and files."""
-        files = {}
-        for name, file in content_files(self.part):
-            stat = file.stat()
-            files[name] = {"size": stat.st_size, "mtime_ns": stat.st_mtime_ns, "sha256": digest_file(file)}
-        version = digest_files({name: known["sha256"] for name, known in files.items()})
-        whole = {**record, "data_version": version, "files": files}
-        (self.part / RECORD).write_text(json.dumps(whole, indent=1, sort_keys=True) + "\n")
+        whole = self._seal(record)
         shutil.rmtree(self.old, ignore_errors=True)
         if self.final.exists():
             self.final.rename(self.old)
@@ -115,8 +101,20 @@ class Place:
         shutil.rmtree(self.rejected, ignore_errors=True)
         return whole
 
-    def reject(self) -> None:
-        """Keep an artifact that failed its checks for a person to look at, away from the good one."""
+    def _seal(self, record: dict[str, Any]) -> dict[str, Any]:
+        """Write the record of `.part`, with data version and files, into it."""
+        files = {}
+        for name, file in content_files(self.part):
+            stat = file.stat()
+            files[name] = {"size": stat.st_size, "mtime_ns": stat.st_mtime_ns, "sha256": digest_file(file)}
+        version = digest_files({name: known["sha256"] for name, known in files.items()})
+        whole = {**record, "data_version": version, "files": files}
+        (self.part / RECORD).write_text(json.dumps(whole, indent=1, sort_keys=True) + "\n")
+        return whole
+
+    def reject(self, record: dict[str, Any]) -> None:
+        """Keep an artifact that failed its checks, away from the good one: for a person to look at, and to go on from."""
+        self._seal(record)
         shutil.rmtree(self.rejected, ignore_errors=True)
         self.part.rename(self.rejected)
 
@@ -164,6 +162,27 @@ class Place:
                 raise StoreError(f"{self.final}: process {error.holder} is making it; wait for it or stop it") from None
             self._recover()
             yield
+
+
+def _record_in(folder: Path) -> dict[str, Any] | None:
+    try:
+        return json.loads((folder / RECORD).read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def _damage(folder: Path, record: dict[str, Any], *, thorough: bool) -> str | None:
+    present = dict(content_files(folder))
+    for name, known in record["files"].items():
+        if (file := present.pop(name, None)) is None:
+            return f"{name} is missing"
+        stat = file.stat()
+        if stat.st_size != known["size"]:
+            return f"{name} has {stat.st_size} bytes, was made with {known['size']}"
+        unchanged = stat.st_mtime_ns == known["mtime_ns"]
+        if (thorough or not unchanged) and digest_file(file) != known["sha256"]:
+            return f"{name} has other content than was made"
+    return f"{min(present)} does not belong to it" if present else None
 
 
 def place(home: Home, node: Node, key: str | None) -> Place:

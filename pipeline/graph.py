@@ -35,7 +35,7 @@ class Stage(pydantic.BaseModel):
     optional_sources: dict[str, str] = {}  # the same, may be absent
     resumes: bool = False  # goes on in what an interrupted run of the same recipe left
     updates: bool = (
-        False  # starts from a copy of the artifact that it replaces, if the same version and function made it
+        False  # starts from a copy of what the same version and function made last, even if that failed its checks
     )
     timings: bool = False  # also gets the seconds that every artifact took (not part of the recipe)
     config: dict[str, Any] = {}

@@ -1,89 +1,106 @@
 """What must hold for an artifact of rendered episodes."""
 
 import json
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw
 
-from sim1.episode import episode_folders, read_episode
+from sim1.episode import Episode, episode_folders, read_episode
 from sim1.render.cameras import project
+from sim1.render.frame import MAX_MEAN, MIN_MEAN, MIN_SPREAD, is_lit, read_frame
+from sim1.render.job import FRAME_NAME
 from sim1.stage import BadInput, Finding
 
-MIN_MEAN, MAX_MEAN = 6.0, 249.0  # grey levels of 255: neither black nor burnt out
-MIN_SPREAD = 4.0  # standard deviation in a frame, grey levels: not one colour
 MIN_CONTRAST = 8.0  # distance of the garment's mean colour from its surroundings', grey levels
 MIN_SHARE = 0.01  # of the picture that the garment covers in the first frame
 
 
+@dataclass
+class _Faults:
+    """What is wrong, for every finding."""
+
+    counts: list[str] = field(default_factory=list)
+    sizes: list[str] = field(default_factory=list)
+    dark: list[str] = field(default_factory=list)
+    hidden: list[str] = field(default_factory=list)
+    contrasts: list[float] = field(default_factory=list)  # of all standing cameras
+    clip_count: int = 0
+    frame_count: int = 0
+
+
 def check_frames(artifact: Path) -> list[Finding]:
-    """Findings `frames_match_states`, `frames_readable`, `frames_lit`, `garment_visible`."""
-    counts, sizes, dark, hidden = [], [], [], []
-    frame_count, clip_count, contrasts = 0, 0, []
+    """Findings `clips_present`, `frames_match_states`, `frames_readable`, `frames_lit`, `garment_visible`."""
+    found = _Faults()
     faces = _faces(artifact)
     for folder in episode_folders(artifact):
         try:
             episode = read_episode(folder)
         except BadInput as error:
-            counts.append(str(error))
+            found.counts.append(str(error))
             continue
         for path in sorted(folder.glob("v*/appearance.json")):
-            clip_count += 1
+            found.clip_count += 1
             about = json.loads(path.read_text())
-            expected = len(range(0, episode.frame_count, about["stride"]))
-            for name, camera in about["cameras"].items():
-                place = f"{folder.name}/{path.parent.name}/{name}"
-                files = sorted((path.parent / name).glob("*.png"))
-                numbered = [f"{index:06d}.png" for index in range(expected)]
-                if [file.name for file in files] != numbered:
-                    counts.append(f"{place}: {len(files)} frames, {expected} states")
-                frames = {file: _read(file) for file in files}
-                frame_count += len(frames)
-                sizes += [
-                    f"{file}"
-                    for file, image in frames.items()
-                    if image is None or image.shape != (camera["height"], camera["width"], 3)
-                ]
-                dark += [
-                    f"{place}/{file.name}" for file, image in frames.items() if image is not None and not _lit(image)
-                ]
-                first = frames[files[0]] if files else None
-                if first is not None and not camera["moves"]:
-                    contrast = _contrast(first, episode.garment_m[0], faces, camera)
-                    contrasts.append(contrast)
-                    if contrast < MIN_CONTRAST:
-                        hidden.append(f"{place}: {contrast:.1f}")
+            for name in about["cameras"]:
+                _check_camera(found, path.parent / name, about, episode, faces)
     lowest = (
-        f"lowest contrast {min(contrasts):.1f} of 255, limit {MIN_CONTRAST:g}" if contrasts else "no standing camera"
+        f"lowest contrast {min(found.contrasts):.1f} of 255 grey levels, limit {MIN_CONTRAST:g}"
+        if found.contrasts
+        else "no standing camera"
     )
+    lit = f"mean in {MIN_MEAN:g} to {MAX_MEAN:g}, spread at least {MIN_SPREAD:g} of 255 grey levels"
     return [
         Finding(
             name="clips_present",
-            passed=clip_count > 0,
-            detail=f"{clip_count} clips, {frame_count} frames; expected at least 1 clip",
+            passed=found.clip_count > 0 and found.frame_count > 0,
+            detail=f"{found.clip_count} clips, {found.frame_count} frames; expected at least 1 of each",
         ),
-        _finding("frames_match_states", counts, f"{clip_count} clips"),
-        _finding("frames_readable", sizes, f"{frame_count} frames of the size in appearance.json"),
-        _finding("frames_lit", dark, f"mean in {MIN_MEAN:g}..{MAX_MEAN:g}, spread at least {MIN_SPREAD:g} grey levels"),
-        _finding("garment_visible", hidden, lowest),
+        _finding("frames_match_states", found.counts, f"{found.clip_count} clips", "run again"),
+        _finding(
+            "frames_readable", found.sizes, f"{found.frame_count} frames of the size in appearance.json", "run again"
+        ),
+        _finding(
+            "frames_lit", found.dark, lit, f"wanted: {lit}; change level of that light in data/appearance/rooms.yaml"
+        ),
+        _finding(
+            "garment_visible",
+            found.hidden,
+            lowest,
+            f"at least {MIN_CONTRAST:g} of 255 grey levels are wanted; make fabric and table differ more in data/appearance, or, at 0, "
+            "turn the camera to the garment",
+        ),
     ]
 
 
-def _finding(name: str, faults: list[str], fine: str) -> Finding:
-    detail = f"{len(faults)} at fault: {'; '.join(faults[:3])}" if faults else fine
+def _check_camera(found: _Faults, folder: Path, about: dict[str, Any], episode: Episode, faces: np.ndarray) -> None:
+    """Look at the frames of one camera of a clip, one at a time: all together they can be larger than a memory."""
+    camera, place = about["cameras"][folder.name], f"{folder.parents[1].name}/{folder.parent.name}/{folder.name}"
+    look = " in ".join(f"{part} {about['appearance'][part]['name']}" for part in ("table", "room"))
+    look = f"fabric {about['appearance']['fabric']['name']} on {look}"
+    files = sorted(folder.glob("*.png"))
+    expected = len(range(0, episode.frame_count, about["stride"]))
+    if [file.name for file in files] != [FRAME_NAME.format(index) for index in range(expected)]:
+        found.counts.append(f"{place}: {len(files)} frames, {expected} states")
+    found.frame_count += len(files)
+    for number, file in enumerate(files):
+        image = read_frame(file, width=camera["width"], height=camera["height"])
+        if image is None:
+            found.sizes.append(f"{place}/{file.name} is no picture of {camera['width']} x {camera['height']} px")
+            continue
+        if not is_lit(image):
+            found.dark.append(f"{place}/{file.name}: mean {image.mean():.1f}, spread {image.std():.1f} ({look})")
+        if number == 0 and not camera["moves"]:
+            found.contrasts.append(_contrast(image, episode.garment_m[0], faces, camera))
+            if found.contrasts[-1] < MIN_CONTRAST:
+                found.hidden.append(f"{place}: {found.contrasts[-1]:.1f} ({look})")
+
+
+def _finding(name: str, faults: list[str], fine: str, remedy: str) -> Finding:
+    detail = f"{len(faults)} at fault: {'; '.join(faults[:3])}; {remedy}" if faults else fine
     return Finding(name=name, passed=not faults, detail=detail)
-
-
-def _read(path: Path) -> np.ndarray | None:
-    try:
-        with Image.open(path) as image:
-            return np.asarray(image.convert("RGB"), float)
-    except (OSError, SyntaxError):  # Pillow says the latter of some damaged PNG files
-        return None
-
-
-def _lit(image: np.ndarray) -> bool:
-    return MIN_MEAN <= image.mean() <= MAX_MEAN and image.std() >= MIN_SPREAD
 
 
 def _faces(artifact: Path) -> np.ndarray:

@@ -16,6 +16,7 @@ from sim1.episode import ARMS, RATE_HZ, episode_folders, read_episode
 from sim1.render.appearance import SCHEMA, Appearance
 from sim1.render.appearance_file import write_about
 from sim1.render.cameras import raised
+from sim1.render.frame import is_lit, read_frame
 from sim1.render.job import SETTINGS, VIEW_TRANSFORM, Clip, Job, frame_path, write_cameras, write_motion
 from sim1.render.looks.draw import draw_appearance, read_looks
 from sim1.render.robot_visuals import link_motion, part_poses, robot_parts
@@ -127,6 +128,7 @@ def plan_job(
                 "shown": shown,
             }
             write_about(out / clip.folder, about)
+            _remove_faulty(out, clip, cameras, config)
             clips.append(clip)
             if not _is_whole(out, clip, cameras):
                 # All episodes' motions together are larger than a memory; those that are rendered already are not needed.
@@ -228,6 +230,15 @@ def _seen_by(cameras: dict[str, Camera], poses: dict[str, np.ndarray], config: R
         }
         for name, camera in cameras.items()
     }
+
+
+def _remove_faulty(out: Path, clip: Clip, cameras: dict[str, Camera], config: RenderConfig) -> None:
+    """Remove frames that the stage's check would refuse: `out` may be a copy of what it refused, and they are rendered again."""
+    for name in cameras:
+        for path in (out / clip.folder / name).glob("*.png"):
+            image = read_frame(path, width=config.width, height=config.height)
+            if image is None or not is_lit(image):
+                path.unlink()
 
 
 def _is_whole(out: Path, clip: Clip, cameras: dict[str, Camera]) -> bool:

@@ -190,6 +190,36 @@ def test_a_stage_that_updates_begins_anew_after_damage_or_with_another_version(u
     assert written(project) == 1
 
 
+def test_a_stage_that_updates_goes_on_from_what_failed_its_check(updating):
+    project, book, _ = updating
+    at = place(project.home, project.graph.nodes["model"], "towel")
+    good = at.record()
+    book.write_text("a b c d e invalid")
+    assert "failed its checks: is_valid" in project.run().failed["model/towel"]
+    assert at.record() == good
+    book.write_text("a b c d e f")
+    assert not project.run().failed
+    assert written(project) == 1
+    assert not at.rejected.exists()
+
+
+def test_what_failed_its_check_is_no_beginning_where_somebody_changed_it_or_with_another_version(updating):
+    project, book, change = updating
+    at = place(project.home, project.graph.nodes["model"], "towel")
+    book.write_text("a b c d e invalid")
+    project.run()
+    (at.rejected / "d.txt").write_text("scribble")
+    book.write_text("a b c d e")
+    assert not project.run().failed
+    assert written(project) == 2  # of the artifact's three
+    book.write_text("a b c d e f invalid")
+    project.run()
+    project.stages(model={**change, "version": 2})
+    book.write_text("a b c d e f")
+    project.run()
+    assert written(project) == 6
+
+
 def test_a_stage_that_updates_and_is_killed_leaves_the_artifact_as_it_was_and_goes_on(updating, tmp_path):
     project, book, change = updating
     at = place(project.home, project.graph.nodes["model"], "towel")

@@ -1,6 +1,8 @@
 """The pieces of rendering, without Blender."""
 
 import json
+import re
+import shutil
 import sys
 
 import numpy as np
@@ -99,6 +101,7 @@ def artifact(tmp_path):
     about = {
         "stride": 2,
         "rate_hz": 15,
+        "appearance": {part: {"name": f"{part}_name"} for part in ("fabric", "table", "room")},
         "cameras": {
             "head": {"width": 64, "height": 48, "fy_px": 42.0, "camera_to_world": camera.tolist(), "moves": False}
         },
@@ -126,6 +129,8 @@ def test_a_good_artifact_passes(artifact):
 def damage(name: str, artifact):
     frames = artifact / "episodes/0000/v0/head"
     match name:
+        case "all frames are missing":
+            shutil.rmtree(frames)
         case "a frame is missing":
             (frames / "000001.png").unlink()
         case "a frame is cut off":
@@ -146,10 +151,21 @@ def damage(name: str, artifact):
             (artifact / "episodes/0000/episode.npz").write_bytes(b"PK")
 
 
+def test_a_garment_that_is_not_seen_is_told_with_look_value_limit_and_remedy(artifact):
+    damage("the garment is not there", artifact)
+    (failed,) = [finding for finding in check_frames(artifact) if not finding.passed]
+    assert re.search(
+        r"0000/v0/head: \d\.\d \(fabric fabric_name on table table_name in room room_name\); at least 8 of 255 grey levels .* make "
+        r"fabric and table differ more in data/appearance",
+        failed.detail,
+    )
+
+
 @pytest.mark.parametrize(
     ("what", "finding"),
     [
         ("a frame is missing", "frames_match_states"),
+        ("all frames are missing", "clips_present"),
         ("a frame is cut off", "frames_readable"),
         ("a frame has another size", "frames_readable"),
         ("a frame is black", "frames_lit"),

@@ -1,5 +1,6 @@
 """Trajectories become frames: in step with the states, repeatable, resumable."""
 
+import io
 import json
 import re
 import shutil
@@ -26,6 +27,21 @@ from sim1.render.stage import RenderConfig, check_rendered_episodes, check_sourc
 from sim1.stage import BadInput
 
 CONFIG = RenderConfig(width=48, height=36, samples=2, rate_hz=15, variants=2, threads=1, device="cpu")
+
+
+def png(width: int, height: int, gray: int = 0) -> bytes:
+    """A picture of noise, or of one grey."""
+    pixels = (
+        np.random.default_rng(0).integers(60, 200, (height, width, 3))
+        if not gray
+        else np.full((height, width, 3), gray)
+    )
+    file = io.BytesIO()
+    Image.fromarray(pixels.astype(np.uint8)).save(file, format="PNG")
+    return file.getvalue()
+
+
+FRAME = png(48, 36)  # stands for one that was rendered
 
 
 @pytest.fixture
@@ -100,7 +116,7 @@ def test_another_seed_gives_another_look_and_removes_the_frames_of_the_old_one(i
     plan(inputs, tmp_path / "out", CONFIG)
     frame = tmp_path / "out/episodes/0000/v1/head/000000.png"
     frame.parent.mkdir()
-    frame.write_bytes(b"a frame")
+    frame.write_bytes(FRAME)
     before = (tmp_path / "out/episodes/0000/v1/appearance.json").read_text()
     plan(inputs, tmp_path / "out", CONFIG)
     assert frame.exists()
@@ -115,7 +131,7 @@ def with_frames(out: Path, job) -> dict[str, Path]:
     for clip in job.clips:
         files[clip.key] = job.frame_path(out, clip, "head", 0)
         files[clip.key].parent.mkdir(parents=True, exist_ok=True)
-        files[clip.key].write_bytes(b"a frame")
+        files[clip.key].write_bytes(FRAME)
     return files
 
 
@@ -149,6 +165,19 @@ def test_frames_that_other_settings_made_are_not_kept(inputs, tmp_path, change):
     frames = with_frames(out, plan(inputs, out, config))
     plan(inputs, out, RenderConfig(**{**config.__dict__, **change}))
     assert not any(path.exists() for path in frames.values())
+
+
+@pytest.mark.parametrize(
+    "damaged", [b"", FRAME[:200], png(50, 36), png(48, 36, gray=1), png(48, 36, gray=99)],
+    ids=["empty", "cut short", "of another size", "black", "of one colour"],
+)  # fmt: skip
+def test_frames_that_the_check_would_refuse_are_rendered_again(inputs, tmp_path, damaged):
+    out = tmp_path / "out"
+    first, second = with_frames(out, plan(inputs, out, CONFIG)).values()
+    second.write_bytes(damaged)
+    plan(inputs, out, CONFIG)
+    assert first.exists()
+    assert not second.exists()
 
 
 def test_frames_of_a_robot_in_another_colour_are_not_kept(inputs, tmp_path):
@@ -187,7 +216,7 @@ def test_only_episodes_with_missing_frames_are_given_to_blender(inputs, tmp_path
     for clip, camera, frame in job.frames():
         path = job.frame_path(out, clip, camera, frame)
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(b"a frame")
+        path.write_bytes(FRAME)
     job.frame_path(out, job.clips[-1], "head", 2).unlink()
     shutil.rmtree(job.folder)
     plan(inputs, out, CONFIG)
@@ -270,7 +299,7 @@ def test_frames_of_another_motion_are_not_taken_for_these(inputs, tmp_path):
     plan(inputs, tmp_path / "out", CONFIG)
     frame = tmp_path / "out/episodes/0000/v1/head/000000.png"
     frame.parent.mkdir()
-    frame.write_bytes(b"a frame")
+    frame.write_bytes(FRAME)
     source = inputs["valid_trajectories"]["towel"] / "episodes" / "0000"
     old = read_episode(source)
     moved = old.garment_m.copy()
