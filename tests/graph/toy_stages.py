@@ -74,7 +74,7 @@ def pages(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
     return {"written": len(set(wanted) - there)}
 
 
-def check_pages(artifact: Path) -> list[Finding]:
+def check_model(artifact: Path) -> list[Finding]:
     """Blocks a book with the word `invalid`."""
     return check_mesh(artifact)[:1]
 
