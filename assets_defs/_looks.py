@@ -15,7 +15,7 @@ def looks(
         Path | None, typer.Option(help="Folder with the files of looks. Default: data/appearance.")
     ] = None,
     width: Annotated[
-        int, typer.Option(min=16, help="Of a small picture, px; three quarters as high; rooms 0.7 of it.")
+        int, typer.Option(min=32, help="Of a small picture, px; three quarters as high; rooms 0.7 of it.")
     ] = 128,
     samples: Annotated[int, typer.Option(min=1, help="Light paths per pixel.")] = 24,
     engine: Annotated[

@@ -23,9 +23,11 @@ def read_data_file[T](path: Path, kind: type[T], schema: str) -> T:
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         said = " ".join(str(error).split()).replace('in "<unicode string>", ', "")
         raise BadInput(f"{path}: not readable as YAML ({said}); correct the file") from error
-    if not isinstance(document, dict) or document.get("schema") != schema:
-        found = document.get("schema") if isinstance(document, dict) else document
-        raise BadInput(f"{path}: schema is {found!r}, expected {schema!r}")
+    remedy = f"write schema: {schema} as its first line, and the rest as the files beside it and docs/ have it"
+    if not isinstance(document, dict):
+        raise BadInput(f"{path}: the file is {document!r:.80}, not lines of the form 'key: value'; {remedy}")
+    if document.get("schema") != schema:
+        raise BadInput(f"{path}: schema is {document.get('schema')!r}, expected {schema!r}; {remedy}")
     fields = {key: value for key, value in document.items() if key != "schema"}
     try:
         return TypeAdapter(kind).validate_python(fields)

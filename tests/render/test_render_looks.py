@@ -274,7 +274,18 @@ FAULTS = {
         "weft: 0.2",
         r"scanned\.weft is 0\.2: a measured texture has no second colour; write 0",
     ),
-    "another schema": ("tables.yaml", "sim1.table_looks/1", "sim1.table_looks/9", r"schema is 'sim1\.table_looks/9'"),
+    "another schema": (
+        "tables.yaml",
+        "sim1.table_looks/1",
+        "sim1.table_looks/9",
+        r"schema is 'sim1\.table_looks/9', expected .*write schema: sim1\.table_looks/1",
+    ),
+    "a name is a number": (
+        "fabrics.yaml",
+        "  canvas:\n",
+        "  7:\n",
+        r"fabrics is .*: the key 7 is no text; put it in quotes",
+    ),
     "a hue is no number": (
         "tables.yaml",
         "hue_deg: [32, 40]",
@@ -325,6 +336,22 @@ def test_a_fault_is_named_with_file_entry_key_value_and_remedy(folder, name):
     file, old, new, said = FAULTS[name]
     edit(folder, file, old, new)
     with pytest.raises(BadInput, match=rf"(?s){re.escape(file)}: .*{said}"):
+        read_looks(folder)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", r"rooms\.yaml: the file is None, not lines of .* write schema: sim1\.rooms/1"),
+        (
+            "schema: sim1.rooms/1\n",
+            r"rooms\.yaml: the file is {}: it is empty; write the keys layouts, lights, palettes",
+        ),
+    ],
+)
+def test_an_empty_file_is_told_what_belongs_in_it(folder, text, said):
+    (folder / "rooms.yaml").write_text(text)
+    with pytest.raises(BadInput, match=said):
         read_looks(folder)
 
 

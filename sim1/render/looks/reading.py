@@ -62,7 +62,7 @@ class Entry:
     value: Any
 
     def fault(self, said: str) -> BadInput:
-        return BadInput(f"{self.path}: {'.'.join(self.keys)} is {self.value!r:.80}: {said}")
+        return BadInput(f"{self.path}: {'.'.join(self.keys) or 'the file'} is {self.value!r:.80}: {said}")
 
     def fields(self, required: tuple[str, ...] = (), optional: tuple[str, ...] = ()) -> dict[str, "Entry"]:
         """The mapping's entries.
@@ -70,6 +70,8 @@ class Entry:
         Raises:
             BadInput: not a mapping, a key is unknown or missing.
         """
+        if isinstance(self.value, dict) and not self.value and required:
+            raise self.fault(f"it is empty; write the keys {', '.join(required)}")
         found = self.named()
         known = (*required, *optional)
         for key, entry in found.items():
@@ -84,11 +86,14 @@ class Entry:
         """The mapping's entries, whatever their names.
 
         Raises:
-            BadInput: not a mapping, or empty.
+            BadInput: not a mapping, empty, or a key is no text: a number and the same in quotes would be one name.
         """
         if not isinstance(self.value, dict) or not self.value:
             raise self.fault("expected lines of the form 'key: value'")
-        return {str(key): Entry(self.path, (*self.keys, str(key)), value) for key, value in self.value.items()}
+        for key in self.value:
+            if not isinstance(key, str):
+                raise self.fault(f"the key {key!r} is no text; put it in quotes")
+        return {key: Entry(self.path, (*self.keys, key), value) for key, value in self.value.items()}
 
     def listed(self, least: int, most: int) -> Iterator["Entry"]:
         """The list's entries.
