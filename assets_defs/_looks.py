@@ -27,12 +27,11 @@ def looks(
     home, _ = open_home(None)
     from sim1.progress import listening
     from sim1.render.blender import BlenderFailed
-    from sim1.render.catalogue import shelves, write_sheet
+    from sim1.render.catalogue import preview, shelves, write_sheet
     from sim1.render.looks.draw import read_looks
-    from sim1.render.stage import RenderConfig
     from sim1.stage import BadInput
 
-    config = RenderConfig(width=2 * (width // 2), height=2 * (3 * width // 8), samples=samples, engine=engine)
+    config = preview(width, samples=samples, engine=engine)
     try:
         sheets = shelves(read_looks(given or home.root / "data" / "appearance"), config.seed)
         with bar(len(sheets)) as show:

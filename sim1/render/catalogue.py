@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -54,9 +55,18 @@ def write_sheet(shelf: Shelf, path: Path, config: RenderConfig) -> None:
         BlenderFailed: Blender's process could not finish.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
+    _sheet(_rendered(shelf, sized(shelf, config)), shelf.columns).save(path, format="PNG", optimize=True)
+
+
+def preview(width: int, **settings: Any) -> RenderConfig:
+    """Settings for pictures `width` px wide, at least 32, and three quarters as high."""
+    return RenderConfig(width=2 * (width // 2), height=2 * (3 * width // 8), **settings)
+
+
+def sized(shelf: Shelf, config: RenderConfig) -> RenderConfig:
+    """The settings with the size of one picture on the shelf, px."""
     width = 2 * round(shelf.share * config.width / 2)
-    sized = replace(config, width=width, height=2 * round(width * config.height / config.width / 2))
-    _sheet(_rendered(shelf, sized), shelf.columns).save(path, format="PNG", optimize=True)
+    return replace(config, width=width, height=2 * round(width * config.height / config.width / 2))
 
 
 def shelves(looks: Looks, seed: int) -> dict[str, Shelf]:

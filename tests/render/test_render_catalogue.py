@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 from towel_cell import LOOKS
 
-from sim1.render.catalogue import shelves, write_sheet
+from sim1.render.catalogue import preview, shelves, sized, write_sheet
 from sim1.render.looks.draw import read_looks
 from sim1.render.stage import RenderConfig
 
@@ -29,6 +29,13 @@ def test_every_name_stands_on_its_shelf_with_neutral_looks_around_it(shelf_of):
         assert (look.fabric.name, look.table.name, look.room.name) == (name, "grey", "neutral")
     for name, look in shelf_of["rooms"].appearances.items():
         assert (look.fabric.name, look.table.name, look.room.name) == ("white", "grey", name)
+
+
+def test_every_width_from_the_least_that_the_command_takes_gives_pictures_that_can_be_rendered(shelf_of):
+    for width in range(32, 400):
+        for shelf in shelf_of.values():
+            size = sized(shelf, preview(width))
+            assert size.width / size.height == pytest.approx(4 / 3, rel=0.13)
 
 
 def test_a_sheet_shows_each_look_in_its_place(shelf_of, tmp_path):
