@@ -4,6 +4,7 @@ import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -32,9 +33,13 @@ class _Faults:
 
 
 def check_frames(artifact: Path) -> list[Finding]:
-    """Findings `clips_present`, `frames_match_states`, `frames_readable`, `frames_lit`, `garment_visible`."""
+    """Findings `garment_readable`, `clips_present`, `frames_match_states`, `frames_readable`, `frames_lit`, `garment_visible`.
+
+    Whether the garment is seen is not asked where its faces cannot be read: the first finding says so.
+    """
     found = _Faults()
-    faces = _faces(artifact)
+    file = artifact / "garment.npz"
+    faces = _faces(file)
     for folder in episode_folders(artifact):
         try:
             episode = read_episode(folder)
@@ -51,8 +56,17 @@ def check_frames(artifact: Path) -> list[Finding]:
         if found.contrasts
         else "no standing camera"
     )
+    if faces is None:
+        lowest = "not looked at"
     lit = f"mean in {MIN_MEAN:g} to {MAX_MEAN:g}, spread at least {MIN_SPREAD:g} of 255 grey levels"
     return [
+        Finding(
+            name="garment_readable",
+            passed=faces is not None,
+            detail=f"{file}: cannot be read as arrays with `faces`; run again"
+            if faces is None
+            else f"{len(faces)} faces",
+        ),
         Finding(
             name="clips_present",
             passed=found.clip_count > 0 and found.frame_count > 0,
@@ -75,7 +89,9 @@ def check_frames(artifact: Path) -> list[Finding]:
     ]
 
 
-def _check_camera(found: _Faults, folder: Path, about: dict[str, Any], episode: Episode, faces: np.ndarray) -> None:
+def _check_camera(
+    found: _Faults, folder: Path, about: dict[str, Any], episode: Episode, faces: np.ndarray | None
+) -> None:
     """Look at the frames of one camera of a clip, one at a time: all together they can be larger than a memory."""
     camera, place = about["cameras"][folder.name], f"{folder.parents[1].name}/{folder.parent.name}/{folder.name}"
     look = " in ".join(f"{part} {about['appearance'][part]['name']}" for part in ("table", "room"))
@@ -92,7 +108,7 @@ def _check_camera(found: _Faults, folder: Path, about: dict[str, Any], episode: 
             continue
         if not is_lit(image):
             found.dark.append(f"{place}/{file.name}: mean {image.mean():.1f}, spread {image.std():.1f} ({look})")
-        if number == 0 and not camera["moves"]:
+        if number == 0 and not camera["moves"] and faces is not None:
             found.contrasts.append(_contrast(image, episode.garment_m[0], faces, camera))
             if found.contrasts[-1] < MIN_CONTRAST:
                 found.hidden.append(f"{place}: {found.contrasts[-1]:.1f} ({look})")
@@ -103,13 +119,13 @@ def _finding(name: str, faults: list[str], fine: str, remedy: str) -> Finding:
     return Finding(name=name, passed=not faults, detail=detail)
 
 
-def _faces(artifact: Path) -> np.ndarray:
-    """Faces of the garment (f, 3); none where the file is damaged, so that no garment is seen."""
+def _faces(file: Path) -> np.ndarray | None:
+    """Faces of the garment (f, 3); None where the file is damaged."""
     try:
-        with np.load(artifact / "garment.npz", allow_pickle=False) as data:
+        with file.open("rb") as raw, np.load(raw, allow_pickle=False) as data:
             return data["faces"]
-    except (OSError, KeyError, ValueError):
-        return np.zeros((0, 3), int)
+    except (OSError, KeyError, ValueError, EOFError, BadZipFile):
+        return None
 
 
 def _contrast(image: np.ndarray, garment_m: np.ndarray, faces: np.ndarray, camera: dict) -> float:

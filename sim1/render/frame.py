@@ -20,4 +20,5 @@ def read_frame(path: Path, *, width: int, height: int) -> np.ndarray | None:
 
 
 def is_lit(image: np.ndarray) -> bool:
+    """Whether grey levels (height, width, 3) are those of a picture: neither black, burnt out nor of one colour."""
     return MIN_MEAN <= image.mean() <= MAX_MEAN and image.std() >= MIN_SPREAD

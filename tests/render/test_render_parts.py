@@ -147,6 +147,8 @@ def damage(name: str, artifact):
             )
         case "the garment's faces are gone":
             (artifact / "garment.npz").unlink()
+        case "the garment's faces are cut off":
+            (artifact / "garment.npz").write_bytes((artifact / "garment.npz").read_bytes()[:200])
         case "the states are damaged":
             (artifact / "episodes/0000/episode.npz").write_bytes(b"PK")
 
@@ -171,7 +173,8 @@ def test_a_garment_that_is_not_seen_is_told_with_look_value_limit_and_remedy(art
         ("a frame is black", "frames_lit"),
         ("a frame has one colour", "frames_lit"),
         ("the garment is not there", "garment_visible"),
-        ("the garment's faces are gone", "garment_visible"),
+        ("the garment's faces are gone", "garment_readable"),
+        ("the garment's faces are cut off", "garment_readable"),
         ("the states are damaged", "frames_match_states"),
     ],
 )

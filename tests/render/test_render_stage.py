@@ -1,47 +1,25 @@
 """Trajectories become frames: in step with the states, repeatable, resumable."""
 
-import io
 import json
-import re
-import shutil
 import subprocess
 import sys
 import time
-from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import get_args, get_type_hints
 
 import numpy as np
 import pytest
 from PIL import Image
+from planned_towel import CONFIG, plan
 from pydantic import ValidationError
 from towel_cell import write_inputs
 
-from sim1.episode import RATE_HZ, read_episode, write_episode
+from sim1.episode import RATE_HZ
 from sim1.progress import listening
-from sim1.render.appearance_file import note_device, read_about
+from sim1.render.appearance_file import read_about
 from sim1.render.blender import NO_OPENGL, BlenderFailed
-from sim1.render.plan import drawn, plan_job
 from sim1.render.stage import RenderConfig, check_rendered_episodes, check_source_appearance, rendered_episodes
 from sim1.stage import BadInput
-
-CONFIG = RenderConfig(width=48, height=36, samples=2, rate_hz=15, variants=2, threads=1, device="cpu")
-
-
-def png(width: int, height: int, gray: int = 0) -> bytes:
-    """A picture of noise, or of one grey."""
-    pixels = (
-        np.random.default_rng(0).integers(60, 200, (height, width, 3))
-        if not gray
-        else np.full((height, width, 3), gray)
-    )
-    file = io.BytesIO()
-    Image.fromarray(pixels.astype(np.uint8)).save(file, format="PNG")
-    return file.getvalue()
-
-
-FRAME = png(48, 36)  # stands for one that was rendered
 
 
 @pytest.fixture
@@ -97,174 +75,6 @@ def test_the_same_seed_gives_the_same_bytes(inputs, tmp_path):
     assert contents(tmp_path / "a") == contents(tmp_path / "b")
 
 
-def plan(inputs, out: Path, config: RenderConfig):
-    """What would be rendered, without Blender."""
-    out.mkdir(exist_ok=True)
-    return plan_job(
-        trajectories=inputs["valid_trajectories"]["towel"],
-        mesh=inputs["garment_mesh"]["towel"],
-        scene=inputs["scene"]["towel"],
-        choice=drawn(inputs["appearance"]["towel"], "towel", config),
-        garment="towel",
-        out=out,
-        folder=out.with_suffix(".job"),
-        config=config,
-    )
-
-
-def test_another_seed_gives_another_look_and_removes_the_frames_of_the_old_one(inputs, tmp_path):
-    plan(inputs, tmp_path / "out", CONFIG)
-    frame = tmp_path / "out/episodes/0000/v1/head/000000.png"
-    frame.parent.mkdir()
-    frame.write_bytes(FRAME)
-    before = (tmp_path / "out/episodes/0000/v1/appearance.json").read_text()
-    plan(inputs, tmp_path / "out", CONFIG)
-    assert frame.exists()
-    plan(inputs, tmp_path / "out", RenderConfig(**{**CONFIG.__dict__, "seed": 1}))
-    assert not frame.exists()
-    assert (tmp_path / "out/episodes/0000/v1/appearance.json").read_text() != before
-
-
-def with_frames(out: Path, job) -> dict[str, Path]:
-    """A stand-in for the first frame of every clip: clip -> file."""
-    files = {}
-    for clip in job.clips:
-        files[clip.key] = job.frame_path(out, clip, "head", 0)
-        files[clip.key].parent.mkdir(parents=True, exist_ok=True)
-        files[clip.key].write_bytes(FRAME)
-    return files
-
-
-def test_a_changed_fabric_costs_the_frames_that_show_it_and_no_others(inputs, tmp_path):
-    many = RenderConfig(**{**CONFIG.__dict__, "variants": 24, "scanned_share": 0.5})
-    out = tmp_path / "out"
-    job = plan(inputs, out, many)
-    frames = with_frames(out, job)
-    shown = {clip.key: clip.appearance.fabric.name for clip in job.clips}
-    changed = next(name for name in shown.values() if name != "scanned")
-    file = inputs["appearance"]["towel"] / "fabrics.yaml"
-    head, name, entry = file.read_text().partition(f"  {changed}:")
-    file.write_text(head + name + re.sub(r"sheen: .*", "sheen: 0.9", entry, count=1))
-    plan(inputs, out, many)
-    assert {key for key, path in frames.items() if not path.exists()} == {
-        key for key, name in shown.items() if name == changed
-    }
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"samples": 3}, {"engine": "workbench"}, {"width": 50}, {"seed": 7}, {"denoise": False}, {"rate_hz": 5},
-        {"cameras": ("head", "left_wrist")}, {"device": "auto"},
-    ],
-    ids=str,
-)  # fmt: skip
-def test_frames_that_other_settings_made_are_not_kept(inputs, tmp_path, change):
-    out = tmp_path / "out"
-    config = RenderConfig(**{**CONFIG.__dict__, "scanned_share": 1.0})
-    frames = with_frames(out, plan(inputs, out, config))
-    plan(inputs, out, RenderConfig(**{**config.__dict__, **change}))
-    assert not any(path.exists() for path in frames.values())
-
-
-@pytest.mark.parametrize(
-    "damaged", [b"", FRAME[:200], png(50, 36), png(48, 36, gray=1), png(48, 36, gray=99)],
-    ids=["empty", "cut short", "of another size", "black", "of one colour"],
-)  # fmt: skip
-def test_frames_that_the_check_would_refuse_are_rendered_again(inputs, tmp_path, damaged):
-    out = tmp_path / "out"
-    first, second = with_frames(out, plan(inputs, out, CONFIG)).values()
-    second.write_bytes(damaged)
-    plan(inputs, out, CONFIG)
-    assert first.exists()
-    assert not second.exists()
-
-
-def test_frames_of_a_robot_in_another_colour_are_not_kept(inputs, tmp_path):
-    out = tmp_path / "out"
-    frames = with_frames(out, plan(inputs, out, CONFIG))
-    urdf = inputs["scene"]["towel"] / "robot.urdf"
-    text = urdf.read_text()
-    plan(inputs, out, CONFIG)
-    assert all(path.exists() for path in frames.values())
-    urdf.write_text(re.sub(r'rgba="[^"]*"', 'rgba="0.1 0.9 0.1 1"', text, count=1))
-    plan(inputs, out, CONFIG)
-    assert not any(path.exists() for path in frames.values())
-
-
-def test_frames_of_another_blender_are_not_kept_and_those_of_another_device_are(inputs, tmp_path, monkeypatch):
-    out = tmp_path / "out"
-    frames = with_frames(out, plan(inputs, out, CONFIG))
-    clip = out / "episodes/0000/v0"
-    note_device(clip, "gpu")
-    note_device(clip, "cpu")
-    plan(inputs, out, CONFIG)
-    assert all(path.exists() for path in frames.values())
-    assert read_about(clip / "appearance.json")["rendered_on"] == ["cpu", "gpu"]
-    monkeypatch.setattr("sim1.render.plan.version", lambda _: "0.0")
-    plan(inputs, out, CONFIG)
-    assert not any(path.exists() for path in frames.values())
-    assert read_about(clip / "appearance.json")["rendered_on"] == []
-
-
-def test_only_episodes_with_missing_frames_are_given_to_blender(inputs, tmp_path):
-    out = tmp_path / "out"
-    trajectories = inputs["valid_trajectories"]["towel"] / "episodes"
-    shutil.copytree(trajectories / "0000", trajectories / "0001")
-    job = plan(inputs, out, CONFIG)
-    assert {path.name for path in job.folder.glob("motion_*")} == {"motion_0000.npz", "motion_0001.npz"}
-    for clip, camera, frame in job.frames():
-        path = job.frame_path(out, clip, camera, frame)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(FRAME)
-    job.frame_path(out, job.clips[-1], "head", 2).unlink()
-    shutil.rmtree(job.folder)
-    plan(inputs, out, CONFIG)
-    assert {path.name for path in job.folder.glob("*_*")} == {"motion_0001.npz", "cameras_0001_v1.npz"}
-
-
-def test_each_picture_has_noise_of_its_own_that_is_the_same_at_another_rate_and_in_another_look(inputs, tmp_path):
-    fast = plan(inputs, tmp_path / "fast", CONFIG)
-    slow = plan(inputs, tmp_path / "slow", RenderConfig(**{**CONFIG.__dict__, "rate_hz": 5}))
-    other = plan(inputs, tmp_path / "other", RenderConfig(**{**CONFIG.__dict__, "seed": 1}))
-    clip, again = fast.clips
-    seeds = [fast.picture_seed(clip, camera, frame) for camera in ("head", "left_wrist") for frame in range(4)]
-    assert len(set(seeds)) == 8
-    assert all(0 <= seed < 2**31 for seed in seeds)
-    assert fast.picture_seed(again, "head", 3) == seeds[3]
-    assert slow.picture_seed(slow.clips[0], "head", 1) == seeds[3]  # state 6
-    assert other.picture_seed(other.clips[0], "head", 3) != seeds[3]
-
-
-def test_what_an_earlier_rendering_left_of_other_episodes_and_appearances_is_removed(inputs, tmp_path):
-    out = tmp_path / "out"
-    with_frames(out, plan(inputs, out, RenderConfig(**{**CONFIG.__dict__, "variants": 3})))
-    (out / "episodes/0007/v0").mkdir(parents=True)
-    plan(inputs, out, CONFIG)
-    assert sorted(path.relative_to(out).as_posix() for path in out.glob("episodes/*/v*")) == [
-        "episodes/0000/v0",
-        "episodes/0000/v1",
-    ]
-    assert not (out / "episodes/0007").exists()
-
-
-def test_what_was_drawn_is_recorded_by_name(inputs, tmp_path):
-    out = tmp_path / "out"
-    job = plan(inputs, out, CONFIG)
-    about = json.loads((out / "episodes/0000/v1/appearance.json").read_text())
-    look = job.clips[1].appearance
-    assert about["schema"] == "sim1.appearance/3"
-    assert (about["engine"], about["view_transform"]) == ("cycles", "AgX")
-    assert about["blender"] == version("bpy")
-    recorded = about["appearance"]
-    assert (recorded["fabric"]["name"], recorded["table"]["name"], recorded["room"]["name"]) == (
-        look.fabric.name,
-        look.table.name,
-        look.room.name,
-    )
-    assert recorded["room"]["name"].count("-") == 2
-
-
 def test_the_preview_engine_gives_the_same_frames_twice_and_shows_the_garment(inputs, tmp_path):
     config = RenderConfig(**{**CONFIG.__dict__, "engine": "workbench", "scanned_share": 1.0, "variants": 1})
     try:
@@ -288,25 +98,6 @@ def test_a_fault_in_the_looks_is_told_before_anything_is_rendered(inputs, tmp_pa
         check_source_appearance(file.parent)
     with pytest.raises(BadInput, match="vains"):
         render(inputs, tmp_path / "out")
-
-
-def test_cloth_that_rests_in_the_table_top_by_a_contact_radius_is_drawn_above_it(inputs, tmp_path):
-    arrays = plan(inputs, tmp_path / "out", CONFIG).arrays()
-    assert -0.005 < arrays["table_vertices"][:, 2].max() < -0.002
-
-
-def test_frames_of_another_motion_are_not_taken_for_these(inputs, tmp_path):
-    plan(inputs, tmp_path / "out", CONFIG)
-    frame = tmp_path / "out/episodes/0000/v1/head/000000.png"
-    frame.parent.mkdir()
-    frame.write_bytes(FRAME)
-    source = inputs["valid_trajectories"]["towel"] / "episodes" / "0000"
-    old = read_episode(source)
-    moved = old.garment_m.copy()
-    moved[4, 5, 2] += 1e-3  # frame 4 is shown at 15 Hz
-    write_episode(source, replace(old, garment_m=moved))
-    plan(inputs, tmp_path / "out", CONFIG)
-    assert not frame.exists()
 
 
 def test_the_garment_moves_in_the_picture_as_it_does_in_the_states(inputs, tmp_path):
