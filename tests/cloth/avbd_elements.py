@@ -62,7 +62,7 @@ def _limits(
 ):
     e, corner = wp.tid()
     ends = sheet[0].edge[e]
-    f, h = limit(sheet, now, step, e, now[0].x[ends[corner]], now[0].x[ends[1 - corner]])
+    f, h = limit(now, e, now[0].x[ends[corner]], now[0].x[ends[1 - corner]])
     force[e, corner] = f
     block[e, corner] = h
 
@@ -82,7 +82,7 @@ class Elements:
         self._kernel = kernel
         self._dim = self.corners.shape if both else (len(self.corners),)
         self._step = StepNumbers()
-        self._step.limit = 1.0 + largest_strain
+        self.solver.now.edge_free.assign((1.0 + largest_strain) * sheet.edge_length.numpy())
 
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Forces (n, k, 3) and blocks (n, k, 3, 3)."""

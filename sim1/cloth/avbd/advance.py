@@ -101,6 +101,7 @@ def begin_elements(
     second_order: int,
     dt: float,
     limit: float,
+    regularization: float,
     first_stiffness: float,
     force_decay: float,
     stiffness_decay: float,
@@ -132,8 +133,9 @@ def begin_elements(
             now[0].hinge_past[i] = past_angle
     if i < sheet[0].edge.shape[0]:
         ends = sheet[0].edge[i]
-        excess = wp.length(now[0].start[ends[0]] - now[0].start[ends[1]]) - limit * sheet[0].edge_length[i]
-        now[0].edge_excess[i] = wp.max(excess, 0.0)
+        free = limit * sheet[0].edge_length[i]
+        excess = wp.length(now[0].start[ends[0]] - now[0].start[ends[1]]) - free
+        now[0].edge_free[i] = free + regularization * wp.max(excess, 0.0)
         now[0].edge_force[i] = force_decay * now[0].edge_force[i]
         now[0].edge_stiffness[i] = wp.max(first_stiffness, stiffness_decay * now[0].edge_stiffness[i])
 

@@ -26,12 +26,11 @@ def new_iterate(vertex_count: int, sheet: Sheet, config: AVBDConfig) -> Iterate:
     now.triangle_past = wp.zeros(len(sheet.triangle), dtype=wp.vec3)
     now.hinge_now = wp.clone(sheet.hinge_angle)
     now.hinge_moment = wp.zeros(len(sheet.hinge), dtype=float)
-    now.hinge_firmness = wp.zeros(len(sheet.hinge), dtype=float)
     now.hinge_past = wp.zeros(len(sheet.hinge), dtype=float)
     now.hinge_slope = wp.zeros((len(sheet.hinge), 4), dtype=wp.vec3)
     now.edge_force = wp.zeros(len(sheet.edge), dtype=float)
     now.edge_stiffness = wp.full(len(sheet.edge), config.strain_stiffness_n_m, dtype=float)
-    now.edge_excess = wp.zeros(len(sheet.edge), dtype=float)
+    now.edge_free = wp.zeros(len(sheet.edge), dtype=float)
     now.broken = wp.zeros(3, dtype=wp.int32)
     return now
 

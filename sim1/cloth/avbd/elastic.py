@@ -72,17 +72,17 @@ def membrane(part: Part, slack: float, now: wp.array(dtype=Iterate), step: StepN
         l11 += viscosity * step.rate
         l22 += 0.5 * viscosity * step.rate
     area = part.area
-    force = -area * (f1 * (stress[0] * b1 + stress[2] * b2) + f2 * (stress[2] * b1 + stress[1] * b2))
-    tension = area * wp.max(stress[0] * b1 * b1 + 2.0 * stress[2] * b1 * b2 + stress[1] * b2 * b2, 0.0)
-    p = b1 * f1
-    q = b2 * f2
-    r = b1 * f2 + b2 * f1
-    block = (
-        wp.outer(p, l00 * p + law[0, 1] * q + law[0, 2] * r)
-        + wp.outer(q, law[0, 1] * p + l11 * q + law[1, 2] * r)
-        + wp.outer(r, law[0, 2] * p + law[1, 2] * q + l22 * r)
-    )
-    return force, area * block + tension * wp.identity(n=3, dtype=float)
+    s1 = stress[0] * b1 + stress[2] * b2
+    s2 = stress[2] * b1 + stress[1] * b2
+    force = -area * (s1 * f1 + s2 * f2)
+    tension = area * wp.max(s1 * b1 + s2 * b2, 0.0)
+    # The strains' gradients b1 f1, b2 f2, b1 f2 + b2 f1 lie in the plane of f1 and f2, so that two outer products are enough.
+    shear = law[0, 1] + l22
+    m11 = area * (l00 * b1 * b1 + 2.0 * law[0, 2] * b1 * b2 + l22 * b2 * b2)
+    m12 = area * (law[0, 2] * b1 * b1 + shear * b1 * b2 + law[1, 2] * b2 * b2)
+    m22 = area * (l22 * b1 * b1 + 2.0 * law[1, 2] * b1 * b2 + l11 * b2 * b2)
+    block = wp.outer(f1, m11 * f1 + m12 * f2) + wp.outer(f2, m12 * f1 + m22 * f2)
+    return force, block + tension * wp.identity(n=3, dtype=float)
 
 
 @wp.func
@@ -122,12 +122,12 @@ def refresh_hinge(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), st
     if damping > 0.0:
         moment += damping * (step.rate * angle - now[0].hinge_past[h])
         firmness += damping * step.rate
-    now[0].hinge_moment[h] = moment
-    now[0].hinge_firmness[h] = firmness
-    now[0].hinge_slope[h, 0] = ga
-    now[0].hinge_slope[h, 1] = gb
-    now[0].hinge_slope[h, 2] = gc
-    now[0].hinge_slope[h, 3] = gd
+    root = wp.sqrt(firmness)
+    now[0].hinge_moment[h] = wp.where(root > 0.0, moment / root, 0.0)
+    now[0].hinge_slope[h, 0] = root * ga
+    now[0].hinge_slope[h, 1] = root * gb
+    now[0].hinge_slope[h, 2] = root * gc
+    now[0].hinge_slope[h, 3] = root * gd
 
 
 @wp.func
@@ -146,25 +146,23 @@ def hinge_slope(now: wp.array(dtype=Iterate), h: int, corners: int):
 def hinge(now: wp.array(dtype=Iterate), h: int, corners: int):
     """Force [N] and Gauss-Newton block [N/m] of hinge `h` on its corner or corners, see `hinge_slope`."""
     slope = hinge_slope(now, h, corners)
-    return -now[0].hinge_moment[h] * slope, wp.outer(now[0].hinge_firmness[h] * slope, slope)
+    return -now[0].hinge_moment[h] * slope, wp.outer(slope, slope)
 
 
 @wp.func
-def limit(
-    sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), step: StepNumbers, e: int, at: wp.vec3, other: wp.vec3
-):
+def limit(now: wp.array(dtype=Iterate), e: int, at: wp.vec3, other: wp.vec3):
     """Force [N] and block [N/m] of the strain limit on the end `at` of edge `e`: f = -(lambda + k C) n, pulling only."""
     apart = at - other
     length = wp.max(wp.length(apart), 1.0e-12)
-    excess = length - step.limit * sheet[0].edge_length[e] - step.regularization * now[0].edge_excess[e]
+    excess = length - now[0].edge_free[e]
     pull = now[0].edge_force[e] + now[0].edge_stiffness[e] * excess
     force = wp.vec3(0.0)
     block = wp.mat33(0.0)
     if pull > 0.0:
         along = apart / length
-        across = wp.identity(n=3, dtype=float) - wp.outer(along, along)
+        turning = pull / length  # the Hessian block is k n n^T + turning (1 - n n^T)
         force = -pull * along
-        block = now[0].edge_stiffness[e] * wp.outer(along, along) + (pull / length) * across
+        block = (now[0].edge_stiffness[e] - turning) * wp.outer(along, along) + turning * wp.identity(n=3, dtype=float)
     return force, block
 
 
@@ -173,7 +171,7 @@ def update_limit(sheet: wp.array(dtype=Sheet), now: wp.array(dtype=Iterate), ste
     """Dual step of the strain limit: lambda += share k C, k += growth |C| while it pulls."""
     ends = sheet[0].edge[e]
     length = wp.length(now[0].x[ends[0]] - now[0].x[ends[1]])
-    excess = length - step.limit * sheet[0].edge_length[e] - step.regularization * now[0].edge_excess[e]
+    excess = length - now[0].edge_free[e]
     pull = wp.max(0.0, now[0].edge_force[e] + step.edge_share * now[0].edge_stiffness[e] * excess)
     now[0].edge_force[e] = pull
     if pull > 0.0:

@@ -114,7 +114,7 @@ class SolverAVBD(SolverBase):
             wp.launch(
                 advance.begin_elements,
                 dim=max(len(given_sheet.triangle), len(given_sheet.hinge), len(given_sheet.edge)),
-                inputs=[sheet, now, self._second_order, dt, numbers.limit, *decays],
+                inputs=[sheet, now, self._second_order, dt, 1.0 + config.max_strain, config.regularization, *decays],
             )
             for effect in self.effects:
                 effect.push(self, dt)
@@ -211,10 +211,8 @@ class SolverAVBD(SolverBase):
         numbers = StepNumbers()
         numbers.rate, numbers.dt, numbers.step = self.rate(dt), dt, self._step
         numbers.inertia = numbers.rate**2
-        numbers.limit = 1.0 + config.max_strain
         numbers.edge_stiffness_max = config.strain_stiffness_max_n_m
         numbers.edge_growth, numbers.edge_share = config.strain_growth_n_m2, config.strain_dual_share
-        numbers.regularization = config.regularization
         numbers.friction_speed = config.friction_speed_m_s
         return numbers
 

@@ -122,7 +122,7 @@ def total(
     if term < 0 or term == 4:
         for i in range(blocks[0].edges_from[b], blocks[0].edges_from[b + 1]):
             item = blocks[0].edges[i]
-            f, h = limit(sheet, now, step, item[0], now[0].x[item[1]], now[0].x[item[2]])
+            f, h = limit(now, item[0], now[0].x[item[1]], now[0].x[item[2]])
             force += f
             hessian += h
     return force, hessian
@@ -189,8 +189,7 @@ def settle(
             now[0].x[v] = now[0].x[v] + move
         for i in range(blocks[0].hinges_from[b], blocks[0].hinges_from[b + 1]):
             item = blocks[0].hinges[i]
-            turned = wp.dot(hinge_slope(now, item[0], item[1]), move)
-            wp.atomic_add(now[0].hinge_moment, item[0], now[0].hinge_firmness[item[0]] * turned)
+            wp.atomic_add(now[0].hinge_moment, item[0], wp.dot(hinge_slope(now, item[0], item[1]), move))
 
 
 @wp.func
