@@ -133,14 +133,13 @@ def rivals_of(pool: list[Model], best: Model, thresholds: Thresholds) -> tuple[M
     )
 
 
-def not_borne_out(decision: Decision, heldout_m: dict[str, float], thresholds: Thresholds) -> Decision:
-    """The decision, or `unknown` where motion that nobody fitted is foretold worse with what was named.
+def not_borne_out(decision: Decision, against: float, thresholds: Thresholds) -> Decision:
+    """The decision, or `unknown` where motion that nobody fitted takes away so much that what is left is no name's worth.
 
-    `heldout_m`: errors of `baseline` and `augmented` on it.
+    `against`: nats by which it is less likely with what was named than with the baseline.
     """
     gain = gain_of([decision.null], decision.chosen, thresholds)
-    limit = thresholds.heldout_strong if gain >= thresholds.strong * thresholds.named else thresholds.heldout
-    if decision.chosen is decision.null or heldout_m["augmented"] <= limit * heldout_m["baseline"]:
+    if decision.chosen is decision.null or gain - max(against, 0.0) >= thresholds.named:
         return decision
     return _unchanged("unknown", decision.null, decision.misfit["baseline"])
 

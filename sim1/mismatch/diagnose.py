@@ -10,6 +10,7 @@ from sim1.mismatch.contest import contest
 from sim1.mismatch.decide import decide, not_borne_out, rating
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Tempers
+from sim1.mismatch.foretold import foretold_by, nats_against
 from sim1.mismatch.heldout import held_out, rmse_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.patience import Patience
@@ -43,6 +44,8 @@ class Diagnosis:
     verdict: str
     rivals: tuple[Model, ...]  # that explain it about as well
     misfit: dict[str, float]  # mean squared residual of baseline and chosen on what was fitted
+    withdrawn: tuple[str, ...]  # names that motion held out took back
+    against: float  # nats by which it is less likely with what was named, or would have been, than with the baseline
     rmse_m: dict[str, dict[str, float]]
     heldout_markers_m: dict[str, dict[str, np.ndarray]]  # baseline, augmented: recording -> (N, M, 3)
     located: Located  # what the chosen model has and the baseline has not; what is missing, if nothing was chosen
@@ -77,12 +80,12 @@ def _diagnose(
     found = contest(engine, baseline(bundle), fitted, thresholds, lambda s, what: progress(0.02 + 0.78 * s, what))
     decision, stopped = decide(found.pool, thresholds, delays_measured(bundle)), engine.patience.over
     progress(0.8, "checking on motion held out")
-    foretold = {"baseline": _foretold(engine, decision.null)}
-    foretold["augmented"] = (
-        foretold["baseline"] if decision.chosen is decision.null else _foretold(engine, decision.chosen)
-    )
-    errors_m = {label: rmse_of(bundle, markers, heldout) for label, markers in foretold.items()}
-    decision = not_borne_out(decision, errors_m, thresholds)
+    foretold = {"baseline": foretold_by(engine, decision.null, engine.names)}
+    foretold["augmented"], against, named = foretold["baseline"], 0.0, decision.chosen
+    if named is not decision.null:
+        foretold["augmented"] = foretold_by(engine, named, engine.names)
+        against = nats_against(engine, decision.null, named, (foretold["baseline"], foretold["augmented"]), heldout)
+        decision = not_borne_out(decision, against, thresholds)
     if decision.chosen is decision.null:
         foretold["augmented"] = foretold["baseline"]
     verdict = decision.verdict
@@ -104,6 +107,8 @@ def _diagnose(
         verdict=verdict,
         rivals=decision.rivals,
         misfit=decision.misfit,
+        withdrawn=named.terms if decision.chosen is not named else (),
+        against=against,
         rmse_m={
             label: {"fit": rmse_of(bundle, markers, fitted), "heldout": rmse_of(bundle, markers, heldout)}
             for label, markers in foretold.items()
@@ -117,7 +122,3 @@ def _diagnose(
 def delays_measured(bundle: Bundle) -> frozenset[str]:
     """Effects of which the recordings show one without any simulation, if they do."""
     return DELAYS if is_late(bundle) else frozenset()
-
-
-def _foretold(engine: Engine, model: Model) -> dict[str, np.ndarray]:
-    return engine.foretell(model.fit.unknowns.world(model.fit.z), engine.names)

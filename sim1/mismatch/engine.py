@@ -83,10 +83,20 @@ class Engine:
         """Data of a recording."""
         return self.stages[name].observed
 
+    @property
+    def other_mesh(self) -> int:
+        """How often the mesh is refined that says what the working one gets wrong."""
+        return self.finer - 1 if self.finer else self.finer + 1
+
+    def carry(self, name: str, mesh_m: np.ndarray) -> Observed:
+        """A recording's data, with this (K,) as what the mesh gets wrong in it."""
+        stage = self.stages[name]
+        stage.observed = replace(stage.observed, mesh_m=mesh_m)
+        return stage.observed
+
     def refine(self, world: World, names: tuple[str, ...]) -> None:
         """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for."""
-        other = self.finer - 1 if self.finer else self.finer + 1
-        kinds = [(self.finer, STEP_S), (other, STEP_S), (self.finer, FINE_STEP_S)]
+        kinds = [(self.finer, STEP_S), (self.other_mesh, STEP_S), (self.finer, FINE_STEP_S)]
         runs = self.run([self._task(name, (world,), *kind) for kind in kinds for name in names])
         for k, name in enumerate(names):
             working, rough, exact = (run.markers_m[0] for run in runs[k :: len(names)])
@@ -115,9 +125,10 @@ class Engine:
             found[name] = np.zeros(len(one.measured_m)) if change is None else one.white(change)
         return found
 
-    def foretell(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-        """Markers (N, M, 3) from rest and drives alone, nothing pulled: what `sim1 predict` would say."""
-        tasks = [replace(self._task(name, (world,), self.finer, FINE_STEP_S), follow_hz=0.0) for name in names]
+    def foretell(self, world: World, names: tuple[str, ...], finer: int | None = None) -> dict[str, np.ndarray]:
+        """Markers (N, M, 3) from rest and drives alone, nothing pulled: what `sim1 predict` would say; on the working mesh or another."""
+        mesh = self.finer if finer is None else finer
+        tasks = [replace(self._task(name, (world,), mesh, FINE_STEP_S), follow_hz=0.0) for name in names]
         return {name: run.markers_m[0] for name, run in zip(names, self.run(tasks), strict=True)}
 
     def soften(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]) -> Looked:

@@ -214,10 +214,12 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
     null = rating(found.baseline, thresholds)
     return Summary.model_validate(
         {
-            "schema": "sim1.diagnosis/1",
+            "schema": "sim1.diagnosis/2",
             "sentence": sentence(found),
             "fitted": found.fitted,
             "heldout": found.heldout,
+            "heldout_nats": found.against,
+            "withdrawn": found.withdrawn,
             "converged": _settled(found),
             "creep_m": found.creep_m,
             "misfit": {**found.misfit, "limit": thresholds.misfit},

@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/1`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/2`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -56,18 +56,17 @@ class Prices(Strict):
     explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`
     left: float
     significance: float  # of the test that an effect's strength is not nothing
-    heldout: float  # of the baseline's error on held-out motion that a named model may have,
-    heldout_strong: float  # or this where it gains
-    strong: float  # times what a name has to
 
 
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/1"] = pydantic.Field(default="sim1.diagnosis/1", alias="schema")
+    schema_: Literal["sim1.diagnosis/2"] = pydantic.Field(default="sim1.diagnosis/1", alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
-    heldout: tuple[str, ...]  # seen by no fit; it has a veto on names
+    heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts
+    heldout_nats: float  # by which it is less likely with what was named than with the baseline; below 0: more likely
+    withdrawn: tuple[str, ...]  # names of which it left too little
     converged: bool  # the searches of the baseline and of the chosen model
     creep_m: float  # of markers over the cloth, standard deviation by coordinate; counted as an error that lasts
     misfit: Misfit

@@ -45,10 +45,6 @@ class Thresholds:
     explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
     left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
     significance: float = 0.01  # of the test that a named effect's strength is not nothing
-    heldout: float = 1.02  # of the baseline's error on held-out motion that a named model may have, ...
-    # ... or so much where it gains so many times what a name needs: one recording foretold freely can go either way by that
-    heldout_strong: float = 1.1
-    strong: float = 3.0
 
 
 def read_thresholds(path: Path) -> Thresholds:
