@@ -208,9 +208,10 @@ class Engine:
         return float(np.ptp(self.stages[task.recording].scene.time_s)) / task.step_s
 
     def _closing_steps(self) -> float:
-        """Steps that are simulated when the search is over: both models from rest, and the baseline on the markers."""
-        total_s = sum(float(np.ptp(stage.scene.time_s)) for stage in self.stages.values())
-        return total_s * (2 / FINE_STEP_S + 1 / STEP_S)
+        """Steps that are simulated when the search is over: both models from rest, on another mesh what is held out, the baseline on the markers."""
+        spans_s = [float(np.ptp(stage.scene.time_s)) for stage in self.stages.values()]
+        other = 4.0 if self.other_mesh > self.finer else 1.0  # times the steps of the working mesh, by the vertices
+        return (sum(spans_s) + other * max(spans_s)) * 2 / FINE_STEP_S + sum(spans_s) / STEP_S
 
 
 def _noise_m(bundle: Bundle, observed: list[Observed]) -> float:
