@@ -61,7 +61,7 @@ class Prices(Strict):
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/2"] = pydantic.Field(default="sim1.diagnosis/1", alias="schema")
+    schema_: Literal["sim1.diagnosis/2"] = pydantic.Field(default="sim1.diagnosis/2", alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts
