@@ -21,7 +21,7 @@ from sim1.mismatch.models import Model
 from sim1.mismatch.page import write_page
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.strict_json import write_json
-from sim1.mismatch.summary import Prices, Summary
+from sim1.mismatch.summary import SCHEMA, Prices, Summary
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 from sim1.mismatch.uncertainty import deviations
 from sim1.mismatch.verdict import Verdict
@@ -214,7 +214,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
     null = rating(found.baseline, thresholds)
     return Summary.model_validate(
         {
-            "schema": "sim1.diagnosis/2",
+            "schema": SCHEMA,
             "sentence": sentence(found),
             "fitted": found.fitted,
             "heldout": found.heldout,

@@ -7,6 +7,8 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
+SCHEMA = "sim1.diagnosis/2"
+
 
 class Ranked(Strict):
     """A model that was fitted."""
@@ -61,7 +63,7 @@ class Prices(Strict):
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/2"] = pydantic.Field(default="sim1.diagnosis/2", alias="schema")
+    schema_: Literal["sim1.diagnosis/2"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts

@@ -8,7 +8,7 @@ import pydantic
 from sim1.mismatch.strict_json import Strict, read_json
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.methods import Method, methods_of
-from sim1.proof.score import Outcome, score
+from sim1.proof.score import OtherCode, Outcome, score
 from sim1.proof.seal import Commitment, check_committed, read_commitments
 from sim1.proof.totals import Confusion, Totals, confusion_of, totals_of
 from sim1.stage import BadInput
@@ -46,6 +46,9 @@ def judge(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
     """Score a case whose answers are still those that were committed to; of any other, say why not.
 
     A case whose answers are not here stays as it was scored where they were: `outcomes/` goes with a campaign from machine to machine.
+
+    Raises:
+        OtherCode: the case was diagnosed by code that wrote other files; nothing is changed.
     """
     if files.carried(record.case):
         return read_json(files.outcome(record.case), Outcome, "bring it again, or remove it and the case's record")
@@ -65,6 +68,8 @@ def _scored(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
         answers = files.answers(record.case)
         check_committed(files.root, record.case, [answers, answers.with_suffix(".npz")])
         return score(files, asked, record)
+    except OtherCode:
+        raise
     except BadInput as error:
         return NotScored(case=record.case, why=str(error))
 

@@ -11,7 +11,7 @@ import pydantic
 
 from sim1.data_file import explained
 from sim1.mismatch.strict_json import Strict, read_json
-from sim1.mismatch.summary import Summary, read_summary
+from sim1.mismatch.summary import SCHEMA, Summary, read_summary
 from sim1.mismatch.verdict import Verdict, read_verdict
 from sim1.proof.draw import Case
 from sim1.proof.files import Baselines, Files, Oracle, Record
@@ -124,11 +124,16 @@ def read_answers(path: Path, asked: Case) -> Answers:
     return answers
 
 
+class OtherCode(BadInput):
+    """What a diagnosis wrote has another schema than this code reads: no fault of the diagnosis."""
+
+
 def score(files: Files, asked: Case, record: Record) -> Outcome:
     """Set a finished case against its answers. A diagnosis that failed, or wrote no verdict, counts as wrong.
 
     Raises:
         BadInput: the answers are at fault.
+        OtherCode: the diagnosis was made by code that wrote other files.
     """
     answers = read_answers(files.answers(record.case), asked)
     verdict, found, error = None, None, record.error
@@ -136,6 +141,11 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
         try:
             verdict, found = _found(files.found(record.case), answers, files.answers(record.case).with_suffix(".npz"))
         except BadInput as damage:
+            if (schema := _schema(files.found(record.case) / "summary.json")) != SCHEMA:
+                raise OtherCode(
+                    f"{files.found(record.case)}/summary.json: schema {schema}, this code reads {SCHEMA}: score the campaign with the code "
+                    f"that diagnosed it ({record.code_sha256[:12]})"
+                ) from damage
             error = str(damage)
     named = tuple(sorted(effect.name for effect in verdict.missing_physics)) if verdict else ()
     said = verdict.verdict if verdict else "failed"
@@ -161,6 +171,14 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
         oracle_s=oracle.seconds if oracle else None,
         baselines=_asked(files.baselines(record.case), Baselines),
     )
+
+
+def _schema(path: Path) -> str:
+    """What a file says it is; what is damaged is taken to be what it should be."""
+    try:
+        return str(json.loads(path.read_bytes())["schema"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return SCHEMA
 
 
 def _asked[T: Strict](path: Path, kind: type[T]) -> T | None:

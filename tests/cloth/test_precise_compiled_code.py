@@ -1,8 +1,10 @@
-"""Compiled loops are compiled again when a file changes that they call."""
+"""Compiled loops are compiled again when a file changes that they call, and by one process at a time."""
 
+import fcntl
 import os
+import threading
 
-from sim1.cloth.precise.compiled_code import forget_stale
+from sim1.cloth.precise.compiled_code import COMPILED_LAST, forget_stale, one_compiles
 
 
 def write(path, text="", *, age_s):
@@ -37,3 +39,35 @@ def test_a_folder_that_was_never_compiled_is_left_alone(tmp_path):
     write(tmp_path / "forces.py", "@njit\n", age_s=10)
     forget_stale(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["forces.py"]
+
+
+def begins(folder, within_s: float) -> tuple[bool, threading.Thread]:
+    """Whether a second user of the loops begins while the first still compiles, and its thread."""
+    begun = threading.Event()
+
+    def work():
+        with one_compiles(folder):
+            begun.set()
+
+    second = threading.Thread(target=work)
+    second.start()
+    return begun.wait(within_s), second
+
+
+def test_while_nothing_is_compiled_the_second_waits_for_the_first(tmp_path):
+    (tmp_path / "__pycache__").mkdir()
+    with one_compiles(tmp_path):
+        begun, second = begins(tmp_path, within_s=0.3)
+        assert not begun
+    second.join(timeout=10)
+    assert not second.is_alive()
+
+
+def test_nobody_waits_for_what_is_compiled(tmp_path):
+    for name in COMPILED_LAST:
+        write(tmp_path / "__pycache__" / f"{name}-1.py313.nbi", age_s=0)
+    with (tmp_path / "__pycache__/compiling.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        begun, second = begins(tmp_path, within_s=10)
+    assert begun
+    second.join(timeout=10)

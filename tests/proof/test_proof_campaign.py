@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from proof_stand_ins import campaign, notes
 
+from sim1.mismatch.summary import SCHEMA
 from sim1.proof.draw import Case
 from sim1.proof.files import Files
 from sim1.proof.oracle import ask_oracle
@@ -138,6 +139,20 @@ def test_a_case_that_fails_is_recorded_with_its_cause_and_the_others_go_on(tmp_p
     prove(campaign(tmp_path, ()))
     assert len(notes(tmp_path, "laboratory")) == 4  # what was not filmed is tried again,
     assert len(notes(tmp_path, "diagnosis")) == 2  # what was not diagnosed is not: that would be choosing
+
+
+def test_what_other_code_wrote_is_no_failed_diagnosis_and_its_score_is_kept(tmp_path):
+    files = campaign(tmp_path, (DRAG,)).files
+    prove(campaign(tmp_path, ()))
+    scored = files.outcome("case_001").read_bytes()
+    summary = files.found("case_001") / "summary.json"
+    summary.write_text(summary.read_text().replace(SCHEMA, "sim1.diagnosis/1"))
+    with pytest.raises(BadInput, match=rf"summary\.json: schema sim1\.diagnosis/1, this code reads {SCHEMA}: score"):
+        rewrite(files)
+    assert files.outcome("case_001").read_bytes() == scored
+    summary.write_text("{")
+    [outcome] = rewrite(files).outcomes
+    assert outcome.verdict == "failed"
 
 
 def test_a_killed_campaign_goes_on_and_does_nothing_twice(tmp_path):

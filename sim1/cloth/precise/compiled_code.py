@@ -1,11 +1,16 @@
-"""Compiled code on disk that is older than the loops is forgotten.
+"""Compiled code on disk: what is older than the loops is forgotten, and of several processes one compiles.
 
 numba compares a compiled function with its own file alone. The loops call one another across files and take their constants from
 there: a change of `forces.py` would leave the forces in Newton's step as they were.
 """
 
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+COMPILED_LAST = ("newton.newton", "twins.answers", "march.finish")  # once these are on disk, nearly all is
 CONSTANTS = "arrays.py"  # holds no loop, but the columns that loops were compiled with
 
 
@@ -22,3 +27,23 @@ def forget_stale(folder: Path) -> None:
                 path.unlink()
         except OSError:  # another process was faster, or the folder is not ours to write in
             continue
+
+
+@contextmanager
+def one_compiles(folder: Path) -> Iterator[None]:
+    """While loops of the folder are not on disk yet, one process at a time: the others wait, and load what it compiled.
+
+    Compiling takes a minute of a core; the workers of a diagnosis, which begin together, would each spend it. Where numba keeps
+    its files elsewhere (see above) nobody waits.
+    """
+    kept = folder / "__pycache__"
+    if "NUMBA_CACHE_DIR" in os.environ or not os.access(kept, os.W_OK) or _all_there(kept):
+        yield
+        return
+    with (kept / "compiling.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # ends with the process
+        yield
+
+
+def _all_there(kept: Path) -> bool:
+    return all(any(kept.glob(f"{name}-*.nbi")) for name in COMPILED_LAST)

@@ -100,6 +100,10 @@ def march(
         if last < 0.0:
             return n
         if count > 1:
+            goal, goal_v = (
+                np.ascontiguousarray(goals[:, n]),
+                np.ascontiguousarray(goals_v[:, n]),
+            )  # as at rest: compiled once
             kind = matrix(
                 base, hv[0], rate, mass_rate, SLIDING_M_S, net, cloth, curvature[0], moment[0], held_on[n],
                 goals[0, n], band, full, pivot,
@@ -110,7 +114,7 @@ def march(
             for _ in range(rounds):
                 answers(
                     x, hv, ha, rate, mass_rate, SLIDING_M_S, net, cloth, curvature, moment, crease, targets, held_on[n],
-                    goals[:, n], goals_v[:, n], right,
+                    goal, goal_v, right,
                 )  # fmt: skip
                 solved(kind, band, full, pivot, net, cloth, held_on[n], right)
                 x[1:] -= right

@@ -1,10 +1,12 @@
 """Simulate a scene in one world, or in one and its twins."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from sim1.cloth.precise.arrays import PULL_DAMPING, PULL_STIFFNESS, TABLE_Z
+from sim1.cloth.precise.compiled_code import one_compiles
 from sim1.cloth.precise.march import march
 from sim1.cloth.precise.pull import Pull
 from sim1.cloth.precise.rest import rest
@@ -49,6 +51,19 @@ def simulate(
     Raises:
         NotConverged: no rest, or no next state even with the step halved `halvings` times.
     """
+    with one_compiles(Path(__file__).parent):
+        return _simulated(scene, worlds, near, pull, guess, leads, halvings)
+
+
+def _simulated(
+    scene: Scene,
+    worlds: list[World],
+    near: np.ndarray | None,
+    pull: Pull | None,
+    guess: np.ndarray | None,
+    leads: bool,
+    halvings: int,
+) -> Run:
     cloth = pack(scene.sheet, worlds, scene.clamped, scene.rim)
     count, steps = len(worlds), len(scene.time_s)
     paths = np.ascontiguousarray(np.stack([scene.paths(world) for world in worlds]))

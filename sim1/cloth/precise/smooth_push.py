@@ -21,7 +21,7 @@ def pushes(sheet: Sheet, numbers: list[tuple[float, ...]]) -> np.ndarray | None:
     low, high = sheet.material_m.min(0), sheet.material_m.max(0)
     basis = np.column_stack([np.ones(len(sheet.material_m)), 2.0 * (sheet.material_m - low) / (high - low) - 1.0])
     values = np.reshape([one or (0.0,) * NUMBERS for one in numbers], (-1, 3, 2, 3))
-    return np.einsum("v,vb,pbka->pkva", sheet.vertex_area_m2, basis, values)
+    return np.ascontiguousarray(np.einsum("v,vb,pbka->pkva", sheet.vertex_area_m2, basis, values))
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
