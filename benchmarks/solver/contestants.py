@@ -10,6 +10,7 @@ from benchmarks.solver import newton_run, scenes
 
 SPEED_M_S = 0.5  # of the pulled corner, along x
 RAMP_S = 0.1  # it takes to get there
+MAX_STRAIN = 0.05  # the paper's limit
 type Kind = Literal[
     "SolverAVBD",
     "SolverAVBD, vertices alone",  # as in the paper: without nested blocks
@@ -30,6 +31,7 @@ class Contestant:
     iterations: int = 1  # MuJoCo: solves each step to the end, no number of iterations is set
     steps_per_s: int = 600
     modulus_n_m: float = scenes.MODULUS_N_M
+    max_strain: float = MAX_STRAIN  # of SolverAVBD alone
 
     @property
     def name(self) -> str:
@@ -61,11 +63,13 @@ def start(contestant: Contestant, cloth: scenes.Cloth) -> Run:
         return MujocoRun(cloth, dt_s, contestant.kind, contestant.modulus_n_m)
     style3d = contestant.kind == "SolverStyle3D"
     model = scenes.newton_model(cloth, modulus_n_m=contestant.modulus_n_m, style3d=style3d)
-    solver = newton_solver(contestant.kind, model, contestant.iterations)
+    solver = newton_solver(contestant.kind, model, contestant.iterations, max_strain=contestant.max_strain)
     return newton_run.NewtonRun(model, solver, dt_s, scenes.held_in(cloth, 1), graph=not style3d)
 
 
-def newton_solver(kind: str, model: Any, iterations: int, layers: "Layers | None" = None) -> Any:
+def newton_solver(
+    kind: str, model: Any, iterations: int, layers: "Layers | None" = None, max_strain: float = MAX_STRAIN
+) -> Any:
     """A newton solver of that kind, with self-contact where `layers` are given."""
     from newton.solvers import SolverBase, SolverStyle3D, SolverVBD
 
@@ -82,9 +86,10 @@ def newton_solver(kind: str, model: Any, iterations: int, layers: "Layers | None
                 damping_n_s_m=0.0,
                 friction=layers.friction,
             )
-        return SolverAVBD(
-            model, AVBDConfig(iterations=iterations, nested_blocks=kind == "SolverAVBD", self_contact=contact)
+        config = AVBDConfig(
+            iterations=iterations, max_strain=max_strain, nested_blocks=kind == "SolverAVBD", self_contact=contact
         )
+        return SolverAVBD(model, config)
     if kind == "SolverStyle3D":
         solver = SolverStyle3D(model, config=SolverStyle3D.Config(iterations=iterations))
         solver.collision = None  # nothing touches anything in the pull; the others do not look either

@@ -40,6 +40,7 @@ class Pull:
             "iterations": None if self.contestant.kind.startswith("MuJoCo") else self.contestant.iterations,
             "steps_per_s": self.contestant.steps_per_s,
             "modulus_n_m": self.contestant.modulus_n_m,
+            **({"max_strain": self.contestant.max_strain} if self.contestant.kind.startswith("SolverAVBD") else {}),
             "cloth": self.cloth,
             "vertices": self.vertices,
             "simulated_s": round(self.simulated_s, 4),

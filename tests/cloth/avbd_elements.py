@@ -9,11 +9,12 @@ from avbd_sheets import Run
 from sim1.cloth.avbd.buffers import packed
 from sim1.cloth.avbd.elastic import hinge, limit, membrane, refresh_hinge
 from sim1.cloth.avbd.iterate import Iterate, StepNumbers
-from sim1.cloth.avbd.sheet import Part, Sheet
+from sim1.cloth.avbd.sheet import Part, Sheet, parts_of
 
 
 @wp.kernel(enable_backward=False)
 def _membranes(
+    parts: wp.array2d(dtype=Part),
     sheet: wp.array(dtype=Sheet),
     now: wp.array(dtype=Iterate),
     step: StepNumbers,
@@ -21,17 +22,7 @@ def _membranes(
     block: wp.array2d(dtype=wp.mat33),
 ):
     t, corner = wp.tid()
-    part = Part()
-    part.triangle = t
-    part.corner = sheet[0].triangle[t]
-    part.pose = sheet[0].triangle_pose[t]
-    part.slope = -(part.pose[0] + part.pose[1])
-    if corner > 0:
-        part.slope = part.pose[corner - 1]
-    part.area = sheet[0].triangle_area[t]
-    part.viscosity = sheet[0].triangle_viscosity[t]
-    part.law = sheet[0].triangle_law[t]
-    f, h = membrane(part, sheet[0].slack, now, step)
+    f, h = membrane(parts[t, corner], sheet[0].slack, now, step)
     force[t, corner] = f
     block[t, corner] = h
 
@@ -80,6 +71,7 @@ class Elements:
         }[kind]
         self.corners = source.numpy().astype(int)
         self._kernel = kernel
+        self._parts = [_corner_parts(sheet)] if kind == "membrane" else []
         self._dim = self.corners.shape if both else (len(self.corners),)
         self._step = StepNumbers()
         self.solver.now.edge_free.assign((1.0 + largest_strain) * sheet.edge_length.numpy())
@@ -90,9 +82,16 @@ class Elements:
         now.x.assign(np.ascontiguousarray(x, dtype=np.float32))
         force = wp.zeros(self.corners.shape, dtype=wp.vec3, device="cpu")
         block = wp.zeros(self.corners.shape, dtype=wp.mat33, device="cpu")
-        inputs = [packed(self.solver.sheet, Sheet), packed(now, Iterate), self._step, force, block]
+        inputs = [*self._parts, packed(self.solver.sheet, Sheet), packed(now, Iterate), self._step, force, block]
         wp.launch(self._kernel, dim=self._dim, inputs=inputs, device="cpu")
         return force.numpy().astype(float), block.numpy().astype(float)
+
+
+def _corner_parts(sheet: Sheet) -> wp.array:
+    """Every triangle as each of its corners alone sees it, (t, 3)."""
+    pose = sheet.triangle_pose.numpy()
+    slopes = np.stack([-(pose[:, 0] + pose[:, 1]), pose[:, 0], pose[:, 1]], axis=1)
+    return parts_of(sheet, np.repeat(np.arange(len(pose)), 3), slopes.reshape(-1, 2)).reshape((-1, 3))
 
 
 def membrane_energy(x: np.ndarray, rest: np.ndarray, mu: float, lam: float) -> float:

@@ -9,7 +9,7 @@ Patches are aggregates of a vertex (later: a patch) and its neighbours, as in ag
 import numpy as np
 import warp as wp
 
-from sim1.cloth.avbd.sheet import Part, Sheet
+from sim1.cloth.avbd.sheet import Part, Sheet, parts_of
 
 
 @wp.struct
@@ -64,7 +64,7 @@ def blocks_of(sheet: Sheet, world: np.ndarray, *, nested: bool) -> tuple[Blocks,
         setattr(blocks, f"{name}_from", wp.array(start.astype(np.int32), dtype=wp.int32))
         items = np.concatenate(rows[name])[order].astype(np.int32)
         if name == "triangles":
-            blocks.triangles = _parts(sheet, items, np.concatenate(rows["slopes"])[order])
+            blocks.triangles = parts_of(sheet, items, np.concatenate(rows["slopes"])[order])
         else:
             setattr(blocks, name, wp.array(items, dtype=dtype))
     blocks.level = wp.array(np.repeat(np.arange(len(homes)), np.diff(first)).astype(np.int32), dtype=wp.int32)
@@ -72,15 +72,6 @@ def blocks_of(sheet: Sheet, world: np.ndarray, *, nested: bool) -> tuple[Blocks,
     return blocks, [
         group + start for home, start in zip(homes[1:], first[1:]) for group in _colours(home[hinges], home[edges])
     ]
-
-
-def _parts(sheet: Sheet, triangle: np.ndarray, slope: np.ndarray) -> wp.array:
-    parts = np.zeros(len(triangle), dtype=Part.numpy_dtype())
-    parts["triangle"], parts["slope"] = triangle, slope
-    fields = {"corner": "", "pose": "_pose", "area": "_area", "viscosity": "_viscosity", "law": "_law"}
-    for field, of in fields.items():
-        parts[field] = getattr(sheet, f"triangle{of}").numpy()[triangle]
-    return wp.array(parts, dtype=Part)
 
 
 def levels_of(edges: np.ndarray, world: np.ndarray) -> list[np.ndarray]:

@@ -27,27 +27,32 @@ def green_strain(f1: wp.vec3, f2: wp.vec3):
 
 
 @wp.func
-def slackened(law: wp.mat33, strain: wp.vec3, share: float):
-    """Stress (Voigt): `share` of the full law, the rest by tension field theory (Wagner 1929; Pipkin 1986).
+def slackened(part: Part, s1: float, s2: float, strain: wp.vec3, share: float):
+    """What moves a block (see `Part`) by `share` of the full law's stress, the rest by tension field theory.
 
-    A strip of width h buckles at pi^2 D / h^2, far below what a membrane would take; folds finer than an edge are not in the
-    mesh, so they are in its law. Taut where both principal stresses pull, E e n n^T where one alone would, nothing where the
-    cloth is shorter in both directions: the slope of the relaxed energy, so that no closed round of strains gives work.
+    Wagner 1929; Pipkin 1986. A strip of width h buckles at pi^2 D / h^2, far below what a membrane would take; folds finer than
+    an edge are not in the mesh, so they are in its law. Taut where both principal stresses pull, E e n n^T where one alone
+    would, nothing where the cloth is shorter in both directions: the slope of the relaxed energy, so that no closed round of
+    strains gives work.
     """
-    stress = law * strain
     mean = 0.5 * (strain[0] + strain[1])
     half = 0.5 * (strain[0] - strain[1])
     shear = 0.5 * strain[2]
     radius = wp.sqrt(half * half + shear * shear)
     high = mean + radius
-    if law[0, 0] * (mean - radius) + law[0, 1] * high >= 0.0:
-        return stress
+    if mean - radius + part.beside * high >= 0.0:
+        return s1, s2
     if high <= 0.0:
-        return share * stress
-    pull = 0.5 * (law[0, 0] - law[0, 1] * law[0, 1] / law[0, 0]) * high
+        return share * s1, share * s2
+    pull = (1.0 - share) * part.single * high
     cosine = half / radius
     sine = shear / radius
-    return share * stress + (1.0 - share) * pull * wp.vec3(1.0 + cosine, 1.0 - cosine, sine)
+    b1 = part.slope[0]
+    b2 = part.slope[1]
+    return (
+        share * s1 + pull * ((1.0 + cosine) * b1 + sine * b2),
+        share * s2 + pull * (sine * b1 + (1.0 - cosine) * b2),
+    )
 
 
 @wp.func
@@ -57,32 +62,27 @@ def membrane(part: Part, slack: float, now: wp.array(dtype=Iterate), step: StepN
     b1 = part.slope[0]
     b2 = part.slope[1]
     strain = green_strain(f1, f2)
-    law = part.law
-    stress = law * strain
+    s1 = wp.dot(part.first, strain)
+    s2 = wp.dot(part.second, strain)
     if slack < 1.0:
-        stress = slackened(law, strain, slack)
-    viscosity = 4.0 * part.viscosity
-    l00 = law[0, 0]
-    l11 = law[1, 1]
-    l22 = law[2, 2]
+        s1, s2 = slackened(part, s1, s2, strain, slack)
+    m11 = part.firmness[0]
+    m12 = part.firmness[1]
+    m22 = part.firmness[2]
+    viscosity = part.viscosity
     if viscosity > 0.0:
         speed = step.rate * strain - now[0].triangle_past[part.triangle]
-        stress += viscosity * wp.vec3(speed[0], speed[1], 0.5 * speed[2])
-        l00 += viscosity * step.rate
-        l11 += viscosity * step.rate
-        l22 += 0.5 * viscosity * step.rate
-    area = part.area
-    s1 = stress[0] * b1 + stress[2] * b2
-    s2 = stress[2] * b1 + stress[1] * b2
-    force = -area * (s1 * f1 + s2 * f2)
-    tension = area * wp.max(s1 * b1 + s2 * b2, 0.0)
+        across = 0.5 * speed[2]
+        s1 += viscosity * (speed[0] * b1 + across * b2)
+        s2 += viscosity * (across * b1 + speed[1] * b2)
+        rate = viscosity * step.rate
+        m11 += rate * (b1 * b1 + 0.5 * b2 * b2)
+        m12 += 0.5 * rate * b1 * b2
+        m22 += rate * (0.5 * b1 * b1 + b2 * b2)
+    tension = wp.max(s1 * b1 + s2 * b2, 0.0)
     # The strains' gradients b1 f1, b2 f2, b1 f2 + b2 f1 lie in the plane of f1 and f2, so that two outer products are enough.
-    shear = law[0, 1] + l22
-    m11 = area * (l00 * b1 * b1 + 2.0 * law[0, 2] * b1 * b2 + l22 * b2 * b2)
-    m12 = area * (law[0, 2] * b1 * b1 + shear * b1 * b2 + law[1, 2] * b2 * b2)
-    m22 = area * (l22 * b1 * b1 + 2.0 * law[1, 2] * b1 * b2 + l11 * b2 * b2)
     block = wp.outer(f1, m11 * f1 + m12 * f2) + wp.outer(f2, m12 * f1 + m22 * f2)
-    return force, block + tension * wp.identity(n=3, dtype=float)
+    return -(s1 * f1 + s2 * f2), block + tension * wp.identity(n=3, dtype=float)
 
 
 @wp.func

@@ -28,15 +28,22 @@ class Sheet:
 
 @wp.struct
 class Part:
-    """A triangle as one of the blocks that hold some of its corners sees it: all it needs, side by side in memory."""
+    """A triangle as one of the blocks that hold some of its corners sees it: all it needs, side by side in memory.
+
+    With b1, b2 the change of the deformation gradient's columns with the block [1/m], A the area, C the law, S the stress:
+    what moves the block is A (S11 b1 + S12 b2, S12 b1 + S22 b2) in the columns' basis.
+    """
 
     triangle: wp.int32
     corner: wp.vec3i
     pose: wp.mat22
-    slope: wp.vec2  # change of the deformation gradient's columns with the block [1/m]
-    area: float  # [m^2]
-    viscosity: float  # [N s/m]
-    law: wp.mat33  # [N/m]
+    slope: wp.vec2  # b1, b2 [1/m]
+    first: wp.vec3  # S11 b1 + S12 b2 over strain, times the area [N]
+    second: wp.vec3  # S12 b1 + S22 b2 over strain, times the area [N]
+    firmness: wp.vec3  # b1 b1, b1 b2, b2 b2 parts of A b C b: its change with the strain's change by the block [N/m]
+    viscosity: float  # 4 A kd [N m s]
+    beside: float  # C12 over C11
+    single: float  # A E / 2, of a strip that nothing holds sideways [N m]
 
 
 def sheet_of(model: Any, slack: float) -> Sheet:
@@ -80,6 +87,27 @@ def sheet_of(model: Any, slack: float) -> Sheet:
     sheet.edge = put(edges[:, 2:], wp.vec2i)
     sheet.edge_length = put(length, float)
     return sheet
+
+
+def parts_of(sheet: Sheet, triangle: np.ndarray, slope: np.ndarray) -> wp.array:
+    """Triangles (n,) as blocks see them along which the deformation gradient's columns change by `slope` (n, 2) [1/m]."""
+    parts = np.zeros(len(triangle), dtype=Part.numpy_dtype())
+    parts["triangle"], parts["slope"] = triangle, slope
+    parts["corner"], parts["pose"] = sheet.triangle.numpy()[triangle], sheet.triangle_pose.numpy()[triangle]
+    area = sheet.triangle_area.numpy()[triangle].astype(float)
+    law = sheet.triangle_law.numpy()[triangle].astype(float)
+    b1, b2 = slope.T.astype(float)
+    still = np.zeros_like(b1)
+    with_first = np.stack([b1, still, b2], axis=-1)  # change of the strain (11, 22, 2 12) along the first column
+    with_second = np.stack([still, b2, b1], axis=-1)
+    parts["first"] = area[:, None] * np.einsum("nij,ni->nj", law, with_first)
+    parts["second"] = area[:, None] * np.einsum("nij,ni->nj", law, with_second)
+    pairs = ((with_first, with_first), (with_first, with_second), (with_second, with_second))
+    parts["firmness"] = area[:, None] * np.stack([np.einsum("ni,nij,nj->n", a, law, b) for a, b in pairs], axis=-1)
+    parts["viscosity"] = 4.0 * area * sheet.triangle_viscosity.numpy()[triangle]
+    parts["beside"] = np.divide(law[:, 0, 1], law[:, 0, 0], out=np.zeros(len(law)), where=law[:, 0, 0] > 0.0)
+    parts["single"] = 0.5 * area * (law[:, 0, 0] - parts["beside"] * law[:, 0, 1])
+    return wp.array(parts, dtype=Part)
 
 
 def isotropic_law(mu_n_m: np.ndarray, lambda_n_m: np.ndarray) -> np.ndarray:
