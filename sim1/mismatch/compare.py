@@ -41,6 +41,12 @@ class Observed:
         total = np.add.reduceat(markers_m * self.weight[..., None], self.starts, axis=-3)
         return total[..., self.kept]
 
+    @property
+    def stretch(self) -> np.ndarray:
+        """Which stretch of `LASTING_S` each number (K,) belongs to: what is wrong in one says nothing of the next."""
+        number = np.floor(self.block_s / LASTING_S).astype(int)
+        return np.broadcast_to(number[:, None, None], self.kept.shape)[self.kept]
+
     @cached_property
     def _factors(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Per marker and coordinate: which numbers, and the Cholesky factor of their covariance."""

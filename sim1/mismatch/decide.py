@@ -8,7 +8,10 @@ from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.fit import Fit, cost_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
-from sim1.mismatch.uncertainty import established
+from sim1.mismatch.uncertainty import established, overcounted
+
+# By effects: nats by which motion held out is less likely with a model than with the baseline; below 0: more likely.
+type Against = dict[tuple[str, ...], float]
 
 MEDIAN = 0.455  # of squared normal numbers
 GROSS = 25.0  # squared residuals count no more than this: a marker that was mislabelled is not physics
@@ -43,6 +46,12 @@ def null_of(pool: list[Model]) -> Model:
 def gain_of(pool: list[Model], model: Model, thresholds: Thresholds) -> float:
     """What a model gains over the baseline, nats."""
     return rating(null_of(pool), thresholds) - rating(model, thresholds)
+
+
+def worth(pool: list[Model], model: Model, thresholds: Thresholds) -> float:
+    """What a model gains over the baseline where evidence that counts the same error again and again counts it once, nats."""
+    gain = gain_of(pool, model, thresholds)
+    return gain / overcounted(model.fit) if gain > 0.0 else gain
 
 
 def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> float:
@@ -94,20 +103,21 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     Effects that the recordings show without any model of the cloth, `measured`, need not explain half of what is missing: that they
     are there is known, however much else is.
     """
-    null, best = null_of(pool), _leader(pool, thresholds, measured)
+    null = null_of(pool)
     before = mean_square(null.fit)
-    if gain_of(pool, best, thresholds) < thresholds.named:
+    standing = [model for model in pool if model.terms and worth([null], model, thresholds) >= thresholds.named]
+    if not _leader(pool, standing, thresholds, measured):
         return _unchanged("none" if before < thresholds.misfit else "unknown", null, before)
-    pool = [model for model in pool if established(model.fit, thresholds.significance)]
-    best = _leader(pool, thresholds, measured)
-    if gain_of(pool, best, thresholds) < thresholds.named:  # something gains, and nothing that is there beyond doubt
+    standing = [model for model in standing if established(model.fit, thresholds.significance)]
+    best = _leader(pool, standing, thresholds, measured)
+    if best is None:  # something gains, and nothing that is there beyond doubt
         return _unchanged("unknown", null, before)
     if left(null.fit, best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
-        pool = [model for model in pool if set(model.terms) <= measured]
-        best = best_of(pool, thresholds)
-        if gain_of(pool, best, thresholds) < thresholds.named:
+        standing = [model for model in standing if set(model.terms) <= measured]
+        if not standing:
             return _unchanged("unknown", null, before)
-    rivals = rivals_of(pool, best, thresholds)
+        best = best_of(standing, thresholds)
+    rivals = rivals_of([null, *standing], best, thresholds)
     return Decision(
         verdict="ambiguous" if rivals else "named",
         null=null,
@@ -133,15 +143,44 @@ def rivals_of(pool: list[Model], best: Model, thresholds: Thresholds) -> tuple[M
     )
 
 
-def not_borne_out(decision: Decision, against: float, thresholds: Thresholds) -> Decision:
-    """The decision, or `unknown` where motion that nobody fitted takes away so much that what is left is no name's worth.
+def borne_out(
+    decision: Decision,
+    pool: list[Model],
+    against: Against,
+    thresholds: Thresholds,
+    measured: frozenset[str] = frozenset(),
+) -> Decision:
+    """What motion that nobody fitted leaves of a decision.
 
-    `against`: nats by which it is less likely with what was named than with the baseline.
+    An effect beside another stays if what it adds, there too, is worth a second one; what is left is `unknown` where it is no name's
+    worth any more. `against`: see `Against`, of the chosen model and of those in the pool that it contains.
     """
-    gain = gain_of([decision.null], decision.chosen, thresholds)
-    if decision.chosen is decision.null or gain - max(against, 0.0) >= thresholds.named:
+    null, best = decision.null, decision.chosen
+    if not best.terms:
         return decision
-    return _unchanged("unknown", decision.null, decision.misfit["baseline"])
+
+    for part in sorted(parts_of(pool, best), key=lambda model: rating(model, thresholds)):
+        names, gain = set(best.terms) - set(part.terms), gain_of([null], part, thresholds)
+        added = gain_of([null], best, thresholds) - gain - (against[best.terms] - against[part.terms])
+        if names and added / overcounted(best.fit, names) < _price(part, best, gain, thresholds, measured):
+            best = part
+    gain = gain_of([null], best, thresholds) - max(against[best.terms], 0.0)
+    if gain / overcounted(best.fit) < thresholds.named or not established(best.fit, thresholds.significance):
+        return _unchanged("unknown", null, decision.misfit["baseline"])
+    if best is decision.chosen:
+        return decision
+    return Decision(
+        verdict="named",
+        null=null,
+        chosen=best,
+        rivals=(),
+        misfit={"baseline": decision.misfit["baseline"], "chosen": mean_square(best.fit)},
+    )
+
+
+def parts_of(pool: list[Model], model: Model) -> list[Model]:
+    """Models with some of a model's effects, not all."""
+    return [one for one in pool if one.terms and set(one.terms) < set(model.terms)]
 
 
 def _unchanged(verdict: str, null: Model, misfit: float) -> Decision:
@@ -149,10 +188,15 @@ def _unchanged(verdict: str, null: Model, misfit: float) -> Decision:
     return Decision(verdict=verdict, null=null, chosen=null, rivals=(), misfit={"baseline": misfit, "chosen": misfit})
 
 
-def _leader(pool: list[Model], thresholds: Thresholds, measured: frozenset[str]) -> Model:
-    """The best, or a simpler one within its reach: two that gain a little each are no name, however much together."""
-    best = best_of(pool, thresholds)
-    return best if gain_of(pool, best, thresholds) < thresholds.named else _simplest(pool, best, thresholds, measured)
+def _leader(pool: list[Model], standing: list[Model], thresholds: Thresholds, measured: frozenset[str]) -> Model | None:
+    """The best of those that stand, or a simpler one within its reach; None where that one does not stand.
+
+    Two that gain a little each are no name, however much together.
+    """
+    if not standing:
+        return None
+    best = _simplest(pool, best_of(standing, thresholds), thresholds, measured)
+    return best if any(best is one for one in standing) else None
 
 
 def _simplest(pool: list[Model], best: Model, thresholds: Thresholds, measured: frozenset[str]) -> Model:
@@ -164,10 +208,16 @@ def _simplest(pool: list[Model], best: Model, thresholds: Thresholds, measured: 
     for model in sorted(pool, key=lambda model: rating(model, thresholds)):
         gain = gain_of(pool, model, thresholds)
         simpler = len(model.terms) < len(best.terms) or _contained(model.terms, best.terms)
-        price = thresholds.second if set(model.terms) <= measured else worth_a_second(model, best, gain, thresholds)
-        if model.terms and simpler and top - gain < price:
+        added = (top - gain) / overcounted(best.fit, set(best.terms) - set(model.terms))
+        if model.terms and simpler and added < _price(model, best, gain, thresholds, measured):
             best, top = model, gain
     return best
+
+
+def _price(first: Model, both: Model, gain: float, thresholds: Thresholds, measured: frozenset[str]) -> float:
+    if set(first.terms) <= measured:
+        return thresholds.second
+    return worth_a_second(first, both, gain, thresholds)
 
 
 def worth_a_second(first: Model, both: Model | None, gain: float, thresholds: Thresholds) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 
 from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.contest import contest
-from sim1.mismatch.decide import decide, not_borne_out, rating
+from sim1.mismatch.decide import borne_out, decide, parts_of, rating
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Tempers
 from sim1.mismatch.foretold import foretold_by, nats_against
@@ -45,7 +45,7 @@ class Diagnosis:
     rivals: tuple[Model, ...]  # that explain it about as well
     misfit: dict[str, float]  # mean squared residual of baseline and chosen on what was fitted
     withdrawn: tuple[str, ...]  # names that motion held out took back
-    against: float  # nats by which it is less likely with what was named, or would have been, than with the baseline
+    against: float  # nats by which it is less likely with what was named, or withdrawn, than with the baseline
     rmse_m: dict[str, dict[str, float]]
     heldout_markers_m: dict[str, dict[str, np.ndarray]]  # baseline, augmented: recording -> (N, M, 3)
     located: Located  # what the chosen model has and the baseline has not; what is missing, if nothing was chosen
@@ -78,16 +78,24 @@ def _diagnose(
     heldout = (held_out(bundle),)
     fitted = tuple(name for name in engine.names if name not in heldout)
     found = contest(engine, baseline(bundle), fitted, thresholds, lambda s, what: progress(0.02 + 0.78 * s, what))
-    decision, stopped = decide(found.pool, thresholds, delays_measured(bundle)), engine.patience.over
+    delays, stopped = delays_measured(bundle), engine.patience.over
+    decision = decide(found.pool, thresholds, delays)
     progress(0.8, "checking on motion held out")
     foretold = {"baseline": foretold_by(engine, decision.null, engine.names)}
-    foretold["augmented"], against, named = foretold["baseline"], 0.0, decision.chosen
-    if named is not decision.null:
-        foretold["augmented"] = foretold_by(engine, named, engine.names)
-        against = nats_against(engine, decision.null, named, (foretold["baseline"], foretold["augmented"]), heldout)
-        decision = not_borne_out(decision, against, thresholds)
-    if decision.chosen is decision.null:
-        foretold["augmented"] = foretold["baseline"]
+    named = decision.chosen
+    told = {(): {name: foretold["baseline"][name] for name in heldout}}  # by effects
+    parts = [] if stopped else parts_of(found.pool, named)
+    for model in (named, *parts) if named.terms else ():
+        told[model.terms] = foretold_by(engine, model, heldout)
+    against = {
+        model.terms: nats_against(engine, decision.null, model, (told[()], told[model.terms]), heldout)
+        for model in (named, *parts)
+        if model.terms
+    }
+    decision = borne_out(decision, parts, against, thresholds, delays)
+    foretold["augmented"] = foretold["baseline"]
+    if decision.chosen.terms:
+        foretold["augmented"] = foretold_by(engine, decision.chosen, fitted) | told[decision.chosen.terms]
     verdict = decision.verdict
     if verdict == "none" and (stopped or any(candidate.gain > thresholds.named for candidate in found.lost)):
         verdict = "unknown"  # not all was tried
@@ -107,8 +115,8 @@ def _diagnose(
         verdict=verdict,
         rivals=decision.rivals,
         misfit=decision.misfit,
-        withdrawn=named.terms if decision.chosen is not named else (),
-        against=against,
+        withdrawn=tuple(name for name in named.terms if name not in decision.chosen.terms),
+        against=against.get((decision.chosen if decision.chosen.terms else named).terms, 0.0),
         rmse_m={
             label: {"fit": rmse_of(bundle, markers, fitted), "heldout": rmse_of(bundle, markers, heldout)}
             for label, markers in foretold.items()

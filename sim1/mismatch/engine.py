@@ -125,6 +125,10 @@ class Engine:
             found[name] = np.zeros(len(one.measured_m)) if change is None else one.white(change)
         return found
 
+    def stretches(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        """Which stretch of its recording each residual (K,) belongs to, see `Observed`."""
+        return {name: self.observed(name).stretch for name in names}
+
     def foretell(self, world: World, names: tuple[str, ...], finer: int | None = None) -> dict[str, np.ndarray]:
         """Markers (N, M, 3) from rest and drives alone, nothing pulled: what `sim1 predict` would say; on the working mesh or another."""
         mesh = self.finer if finer is None else finer

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.physics import write_physics
-from sim1.mismatch.decide import mean_square, rating
+from sim1.mismatch.decide import mean_square, rating, worth
 from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
@@ -143,7 +143,9 @@ def probabilities(models: tuple[Model, ...], verdict: str, thresholds: Threshold
     Even odds with the baseline are where a name begins. Where the verdict is `unknown`, something that no model holds is as probable as all
     of them together.
     """
-    scores = np.array([rating(model, thresholds) + thresholds.named * bool(model.terms) for model in models])
+    scores = np.array(
+        [thresholds.named * bool(model.terms) - worth(list(models), model, thresholds) for model in models]
+    )
     weight = np.exp(-(scores - scores.min()) / EASED)
     weight /= weight.sum() * (2.0 if verdict == "unknown" else 1.0)
     chances: dict[str, float] = {}
@@ -159,6 +161,9 @@ def _why_not(name: str, found: Diagnosis, thresholds: Thresholds) -> str:
     behind = rating(best, thresholds) - rating(found.chosen, thresholds)
     if behind < 0 and found.verdict == "unknown":
         return f"{_joined(best)} gains {-behind:.1f} nats over the baseline, but explains too little of what is missing or foretells held-out motion worse"
+    if behind < 0 and not found.chosen.terms:
+        least = worth([found.baseline], best, thresholds)
+        return f"{_joined(best)} gains {-behind:.1f} nats over the baseline, {least:.1f} where evidence that counts the same error again and again counts it once"
     if behind < 0:
         return f"it gains {-behind:.1f} nats beside {_joined(found.chosen)}: less than a further effect has to, or too little is explained with both"
     return f"{_joined(best)} explains {behind:.1f} nats less of the motion than {_joined(found.chosen)}"
@@ -225,7 +230,12 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
             "misfit": {**found.misfit, "limit": thresholds.misfit},
             "prices": {name: getattr(thresholds, name) for name in Prices.model_fields},
             "ranking": [
-                {"name": _joined(model), "gain": null - rating(model, thresholds), "misfit": mean_square(model.fit)}
+                {
+                    "name": _joined(model),
+                    "gain": null - rating(model, thresholds),
+                    "worth": worth([found.baseline], model, thresholds),
+                    "misfit": mean_square(model.fit),
+                }
                 for model in found.models[:10]
             ],
             "estimates": _parameters(found),

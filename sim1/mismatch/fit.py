@@ -41,6 +41,7 @@ class Fit:
     residuals: dict[str, np.ndarray]  # (K,)
     slopes: dict[str, np.ndarray]  # (K, P)
     coarser: dict[str, np.ndarray]  # (K,) what residuals would change by on a coarser mesh
+    stretch: dict[str, np.ndarray]  # (K,) which stretch of the recording a residual belongs to
     converged: bool
 
     @property
@@ -127,6 +128,7 @@ def fit(
         residuals=residuals,
         slopes=slopes,
         coarser=engine.coarser(names),
+        stretch=engine.stretches(names),
         converged=converged,
     )
 

@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/2`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/3`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/2"
+SCHEMA = "sim1.diagnosis/3"
 
 
 class Ranked(Strict):
@@ -15,6 +15,7 @@ class Ranked(Strict):
 
     name: str
     gain: float  # over the calibrated baseline, nats
+    worth: float  # of that, where evidence that counts the same error again and again counts it once
     misfit: float  # mean squared residual in units of noise and mesh error
 
 
@@ -58,12 +59,13 @@ class Prices(Strict):
     explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`
     left: float
     significance: float  # of the test that an effect's strength is not nothing
+    nulls: int  # bundles with nothing missing that `named` rests on
 
 
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/2"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/3"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts

@@ -6,7 +6,7 @@ from pathlib import Path
 from sim1.data_file import read_data_file
 from sim1.stage import stage_config
 
-SCHEMA = "sim1.thresholds/1"
+SCHEMA = "sim1.thresholds/2"
 FILE = Path(__file__).with_name("thresholds.yaml")
 
 
@@ -15,14 +15,14 @@ class Null:
     """A bundle in which nothing was missing."""
 
     seed: int  # of the laboratory
-    gain: float  # nats of the best single effect over the baseline; 0 where none promised anything
+    worth: float  # nats of the best single effect over the baseline (`decide.worth`); 0 where none promised anything
 
 
 @stage_config
 class Measured:
     """Contents of `thresholds.yaml`, written by `sim1 prove --calibrate`."""
 
-    named: float  # that an effect must gain over the baseline, nats
+    named: float  # that an effect must be worth over the baseline, nats
     named_ci95: tuple[float, float]  # of what the level asks for, by resampling the bundles
     level: float  # share of bundles with nothing missing that may be given a name
     code_sha256: str  # of the code that diagnosed them
@@ -45,12 +45,13 @@ class Thresholds:
     explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
     left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
     significance: float = 0.01  # of the test that a named effect's strength is not nothing
+    nulls: int = 0  # bundles with nothing missing that `named` rests on
 
 
 def read_thresholds(path: Path) -> Thresholds:
     """A name and a second one ask for what the file has measured; raises BadInput."""
     measured = read_data_file(path, Measured, SCHEMA)
-    return Thresholds(named=measured.named, second=measured.named)
+    return Thresholds(named=measured.named, second=measured.named, nulls=len(measured.nulls))
 
 
 THRESHOLDS = read_thresholds(FILE)

@@ -19,7 +19,7 @@ RESAMPLES = 400
 
 
 def calibrated(outcomes: Sequence[Outcome]) -> Measured:
-    """The gain that the best of all effects exceeds by chance in `LEVEL` of the bundles, and at least the largest one seen.
+    """The worth that the best of all effects exceeds by chance in `LEVEL` of the bundles, and at least the largest one seen.
 
     The best of many is Gumbel distributed. Bundles in which no effect promised anything are known to lie at 0 or below.
 
@@ -34,23 +34,23 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
     codes = sorted({outcome.code_sha256 for outcome in nulls})
     if len(codes) > 1 or any(outcome.code_changed for outcome in nulls):
         raise BadInput(f"cases were diagnosed by {len(codes)} states of the code; calibrate with a campaign by one")
-    gains = np.array([best_gain(outcome.found.gains) for outcome in nulls])
+    worths = np.array([largest(outcome.found.worths) for outcome in nulls])
     stream = random_stream(0, "calibration")
-    again = [level_of(stream.choice(gains, len(gains))) for _ in range(RESAMPLES)]
+    again = [level_of(stream.choice(worths, len(worths))) for _ in range(RESAMPLES)]
     low, high = np.quantile(again, [0.025, 0.975])
-    wanted = max(level_of(gains), gains.max())
+    wanted = max(level_of(worths), worths.max())
     return Measured(
         named=float(ROUND * np.ceil(wanted / ROUND)),
         named_ci95=(round(float(low), 1), round(float(high), 1)),
         level=LEVEL,
         code_sha256=codes[0],
-        nulls=tuple(Null(seed=o.seed, gain=round(float(gain), 1)) for o, gain in zip(nulls, gains, strict=True)),
+        nulls=tuple(Null(seed=o.seed, worth=round(float(worth), 1)) for o, worth in zip(nulls, worths, strict=True)),
     )
 
 
-def best_gain(gains: dict[str, float]) -> float:
+def largest(worths: dict[str, float]) -> float:
     """Of the models with one effect; 0 where none gained anything."""
-    return max([0.0, *(gain for name, gain in gains.items() if name != BASELINE and JOINT not in name)])
+    return max([0.0, *(worth for name, worth in worths.items() if name != BASELINE and JOINT not in name)])
 
 
 def level_of(gains: np.ndarray) -> float:

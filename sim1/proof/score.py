@@ -43,6 +43,7 @@ class Found(Strict):
 
     first: str | None  # of the ranking's models with one effect, the best
     gains: dict[str, float]  # of the ranked models over the baseline, nats
+    worths: dict[str, float]  # of that, where evidence that counts the same error again and again counts it once
     least_misfit: tuple[str, ...]  # effects of the ranked model that fits best, at any price
     effects: dict[str, dict[str, Number]]  # of the verdict
     fabric: dict[str, Number]
@@ -218,6 +219,7 @@ def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found
     return verdict, Found(
         first=first_single(summary),
         gains={row.name: row.gain for row in summary.ranking if row.name != BASELINE},
+        worths={row.name: row.worth for row in summary.ranking if row.name != BASELINE},
         least_misfit=least_misfit(summary),
         effects={
             effect.name: {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_bundle import empty_bundle
 
-from sim1.mismatch.decide import decide, explained, left, mean_square, not_borne_out
+from sim1.mismatch.decide import borne_out, decide, explained, left, mean_square
 from sim1.mismatch.findings import probabilities
 from sim1.mismatch.fit import Fit, loss
 from sim1.mismatch.models import Model
@@ -34,6 +34,7 @@ def pool_of(unknowns, gains, misfits=None):
             residuals={"only": residual},
             slopes={"only": np.zeros((10, 0))},
             coarser={"only": np.zeros(10)},
+            stretch={"only": np.arange(10)},
             temper={"only": float(loss(residual).sum()) / wanted},
             converged=True,
         )
@@ -50,6 +51,7 @@ def fitted(unknowns, **mean_squares):
         residuals={name: np.full(400, np.sqrt(value)) for name, value in mean_squares.items()},
         slopes={name: np.zeros((400, 0)) for name in mean_squares},
         coarser={name: np.zeros(400) for name in mean_squares},
+        stretch={name: np.arange(400) // 40 for name in mean_squares},
         temper=dict.fromkeys(mean_squares, 1.0),
         converged=True,
     )
@@ -159,17 +161,32 @@ def test_two_that_gain_a_little_each_are_no_name_together(unknowns):
 
 
 def test_a_name_of_which_motion_held_out_leaves_less_than_a_name_s_worth_is_withdrawn(unknowns):
-    found = decide(pool_of(unknowns, {("air_drag",): 500.0}), THRESHOLDS)
-    kept = not_borne_out(found, 500.0 - THRESHOLDS.named - 1.0, THRESHOLDS)
+    pool = pool_of(unknowns, {("air_drag",): 500.0})
+    found = decide(pool, THRESHOLDS)
+    kept = borne_out(found, pool, {("air_drag",): 500.0 - THRESHOLDS.named - 1.0}, THRESHOLDS)
     assert (kept.verdict, kept.chosen.terms) == ("named", ("air_drag",))
-    withdrawn = not_borne_out(found, 500.0 - THRESHOLDS.named + 1.0, THRESHOLDS)
+    withdrawn = borne_out(found, pool, {("air_drag",): 500.0 - THRESHOLDS.named + 1.0}, THRESHOLDS)
     assert (withdrawn.verdict, withdrawn.chosen.terms, withdrawn.rivals) == ("unknown", (), ())
     assert withdrawn.misfit == {"baseline": withdrawn.misfit["baseline"], "chosen": withdrawn.misfit["baseline"]}
 
 
 def test_motion_held_out_makes_no_name_out_of_too_little(unknowns):
-    little = decide(pool_of(unknowns, {("air_drag",): 0.9 * THRESHOLDS.named}), THRESHOLDS)
-    assert not_borne_out(little, -1000.0, THRESHOLDS).verdict == "none"
+    pool = pool_of(unknowns, {("air_drag",): 0.9 * THRESHOLDS.named})
+    assert borne_out(decide(pool, THRESHOLDS), pool, {("air_drag",): -1000.0}, THRESHOLDS).verdict == "none"
+
+
+def test_a_second_effect_that_motion_held_out_speaks_against_is_taken_back_and_the_first_stays(unknowns):
+    pair, first = ("air_drag", "shrinkage"), ("air_drag",)
+    gains = {first: 400.0, ("shrinkage",): 90.0, pair: 400.0 + 2.0 * THRESHOLDS.second}
+    pool = pool_of(unknowns, gains)
+    found = decide(pool, THRESHOLDS)
+    assert found.chosen.terms == pair
+    silent = dict.fromkeys(gains, 0.0)
+    assert borne_out(found, pool, silent, THRESHOLDS).chosen.terms == pair
+    kept = borne_out(found, pool, silent | {pair: 1.1 * THRESHOLDS.second}, THRESHOLDS)
+    assert (kept.verdict, kept.chosen.terms) == ("named", first)
+    nothing = borne_out(found, pool, silent | {pair: 500.0, first: 390.0, ("shrinkage",): 80.0}, THRESHOLDS)
+    assert (nothing.verdict, nothing.chosen.terms) == ("unknown", ())
 
 
 def test_an_effect_whose_strength_could_be_nothing_is_no_name_however_much_it_gains(unknowns, monkeypatch):
@@ -181,6 +198,30 @@ def test_an_effect_whose_strength_could_be_nothing_is_no_name_however_much_it_ga
     pool = pool_of(unknowns, {("gravity_tilt",): 120.0, ("wind",): 80.0})
     monkeypatch.setattr("sim1.mismatch.decide.established", lambda fit, level: fit is not pool[1].fit)
     assert decide(pool, THRESHOLDS).chosen.terms == ("wind",)
+
+
+def test_evidence_that_counts_one_error_many_times_makes_no_name(unknowns, monkeypatch):
+    """Nothing is missing, the mesh bends a little wrong in one recording, and an anisotropy follows it there."""
+    pool = pool_of(unknowns, {("anisotropic_stretch",): 2.0 * THRESHOLDS.named})
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, names=None: 1.9)
+    assert decide(pool, THRESHOLDS).verdict == "named"
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, names=None: 2.1)
+    found = decide(pool, THRESHOLDS)
+    assert (found.verdict, found.chosen.terms) == ("none", ())
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, names=None: 1.9)
+    kept = decide(pool, THRESHOLDS)
+    little = {("anisotropic_stretch",): 0.2 * THRESHOLDS.named}
+    assert borne_out(kept, pool, little, THRESHOLDS).verdict == "unknown"
+
+
+def test_a_second_effect_that_follows_one_error_again_and_again_is_not_named(unknowns, monkeypatch):
+    pair = ("air_drag", "shrinkage")
+    pool = pool_of(unknowns, {("air_drag",): 400.0, pair: 400.0 + 3.0 * THRESHOLDS.second})
+    assert decide(pool, THRESHOLDS).chosen.terms == pair
+    monkeypatch.setattr(
+        "sim1.mismatch.decide.overcounted", lambda fit, names=None: 3.1 if names == {"shrinkage"} else 1.0
+    )
+    assert decide(pool, THRESHOLDS).chosen.terms == ("air_drag",)
 
 
 def test_a_second_effect_must_earn_its_place(unknowns):

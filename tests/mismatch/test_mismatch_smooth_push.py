@@ -106,8 +106,16 @@ def test_a_calibrated_model_is_read_back_as_where_its_search_ended():
         nothing = {"a": np.zeros(1)}
         slopes = {"a": np.zeros((1, plain.count))}
         found = Fit(
-            unknowns=plain, z=z, names=("a",), temper={"a": 1.0}, residuals=nothing, slopes=slopes, coarser=nothing, converged=True
-        )  # fmt: skip
+            unknowns=plain,
+            z=z,
+            names=("a",),
+            temper={"a": 1.0},
+            residuals=nothing,
+            slopes=slopes,
+            coarser=nothing,
+            stretch={"a": np.zeros(1, int)},
+            converged=True,
+        )
         return physics_of(bundle, found)
 
     z = 0.3 * np.sin(1.0 + np.arange(plain.count))

@@ -10,7 +10,7 @@ from sim1.cloth.effects import EFFECTS
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.mismatch.fit import Fit
 from sim1.mismatch.search import Term, Unknowns, baseline
-from sim1.mismatch.uncertainty import WIDEN, deviations, established, mesh_shift, scatter
+from sim1.mismatch.uncertainty import WIDEN, deviations, established, mesh_shift, overcounted, scatter
 
 NAMES = ("a", "b", "c", "d")
 TRUE = np.array([0.7, -0.4])
@@ -38,6 +38,7 @@ def fitted(unknowns, stream, off=None, coarser=None, samples=100):
         residuals={name: slopes[name] @ z - data[name] for name in NAMES},
         slopes=slopes,
         coarser=coarser(slopes) if coarser else {name: np.zeros(samples) for name in NAMES},
+        stretch={name: np.arange(samples) // 10 for name in NAMES},
         converged=True,
     )
 
@@ -93,6 +94,43 @@ def test_an_effect_is_there_where_recordings_agree_on_it_and_not_where_they_pull
     assert np.abs(torn.z - TRUE).max() < 1.0
     assert established(agreed, 0.05)
     assert not established(torn, 0.05)
+
+
+def evidence(unknowns, stream, shared):
+    """A fit to unit noise, of which `shared` (a variance) is what a wrong simulator does to all of a stretch along its slopes."""
+    terms = tuple(
+        replace(Term.of(EFFECTS[name]), coefficients=(one,))
+        for name, one in zip(("gravity_tilt", "air_drag"), unknowns.nominal, strict=True)
+    )
+    found = fitted(unknowns, stream, samples=400)
+    wrong = {}
+    for name in NAMES:
+        off = np.sqrt(shared) * stream.standard_normal((40, 1)) * [1.0, 0.0]  # the first coefficient's slopes alone
+        wrong[name] = stream.standard_normal(400) + (found.slopes[name] * off[found.stretch[name]]).sum(1)
+    return replace(found, unknowns=replace(unknowns, nominal=(), terms=terms), residuals=wrong)
+
+
+def test_independent_residuals_are_counted_once(unknowns):
+    stream = np.random.default_rng(7)
+    assert np.mean([overcounted(evidence(unknowns, stream, 0.0)) for _ in range(20)]) == pytest.approx(1.0, abs=0.25)
+
+
+def test_an_error_that_all_residuals_of_a_stretch_share_is_counted_once_where_it_looks_like_the_effect(unknowns):
+    """Ten residuals with a slope of 2 per stretch: information 40, and an error of variance 1/4 makes them vary 11-fold."""
+    stream = np.random.default_rng(8)
+    found = [evidence(unknowns, stream, 0.25) for _ in range(20)]
+    freed = [replace(one, temper=dict.fromkeys(NAMES, 1.0)) for one in found]
+    tilt = np.mean([overcounted(one, {"gravity_tilt"}) for one in freed])
+    drag = np.mean([overcounted(one, {"air_drag"}) for one in freed])
+    assert 4.0 < tilt < 15.0
+    assert drag < 2.5
+    assert np.mean([overcounted(one) for one in freed]) == pytest.approx(0.5 * (tilt + drag), rel=0.2)
+
+
+def test_one_stretch_or_no_effect_says_nothing_of_that(unknowns):
+    found = evidence(unknowns, np.random.default_rng(9), 0.25)
+    assert overcounted(found, {"wind"}) == 1.0
+    assert overcounted(replace(found, names=("a",), stretch={"a": np.zeros(400, int)})) == 1.0
 
 
 def test_a_place_without_a_strength_is_no_effect(unknowns):

@@ -39,7 +39,7 @@ answers.write_text(json.dumps({
 DIAGNOSIS = """
 import json, os, pathlib, sys, time
 import numpy as np
-from sim1.mismatch.summary import Prices
+from sim1.mismatch.summary import SCHEMA, Prices
 bundle, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[3])
 with open(NOTES, "a") as notes:
     notes.write(json.dumps({"who": "diagnosis", "at": time.time(), "argv": sys.argv[1:], "cwd": os.getcwd(), "pid": os.getpid()}) + "\\n")
@@ -57,10 +57,10 @@ coefficient = {"value": 1.9, "ci95": [1.5, 2.5], "unit": "1"}
     "schema": "sim1.verdict/1", "verdict": verdict, "noise_std_m": 0.0003, "rmse_m": {"baseline": error, "augmented": better},
     "mismatch": {"regions": [], "windows": [], "signature": "made up"}, "alternatives": [], "next_experiment": "none",
     "missing_physics": [{"name": n, "probability": 1.0, "parameters": {"c": coefficient}, "heldout_rmse_reduction": 0.5} for n in names]}))
-prices = dict.fromkeys(Prices.model_fields, 1.0)
-ranking = [{"name": " with ".join(names) or "wind", "gain": 50.0, "misfit": 1.0}, {"name": "the baseline", "gain": 0.0, "misfit": 2.0}]
+prices = dict.fromkeys(Prices.model_fields, 1)
+ranking = [{"name": " with ".join(names) or "wind", "gain": 50.0, "worth": 40.0, "misfit": 1.0}, {"name": "the baseline", "gain": 0.0, "worth": 0.0, "misfit": 2.0}]
 (out / "summary.json").write_text(json.dumps({
-    "schema": "sim1.diagnosis/2", "sentence": "made up", "fitted": ["a"], "heldout": ["b"], "heldout_nats": -20.0, "withdrawn": [],
+    "schema": SCHEMA, "sentence": "made up", "fitted": ["a"], "heldout": ["b"], "heldout_nats": -20.0, "withdrawn": [],
     "converged": True, "creep_m": 0.0,
     "misfit": {"baseline": 2.0, "chosen": 1.0, "limit": 1.35}, "prices": prices, "ranking": ranking, "estimates": [], "effects": names, "detectable": []}))
 scalars = {n: {"value": 0.3, "ci95": None} for n in ("area_density_kg_m2", "thickness_m", "stretch_n_m", "bending_n_m", "damping_s")}

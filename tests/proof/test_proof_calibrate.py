@@ -7,7 +7,7 @@ from test_proof_score import outcome
 
 from sim1.data_file import read_data_file
 from sim1.mismatch.thresholds import FILE, SCHEMA, THRESHOLDS, Measured, read_thresholds
-from sim1.proof.calibrate import best_gain, calibrated, level_of, write_thresholds
+from sim1.proof.calibrate import calibrated, largest, level_of, write_thresholds
 from sim1.stage import BadInput
 
 GAINS = gumbel_r.rvs(10.0, 12.0, size=60, random_state=0)
@@ -17,7 +17,7 @@ def nulls(gains, code="c0de"):
     made = []
     for number, gain in enumerate(gains):
         case = outcome(f"case_{number:03d}", "null", [], "none")
-        found = case.found.model_copy(update={"gains": {"the baseline": 0.0, "wind": float(gain)}})
+        found = case.found.model_copy(update={"worths": {"the baseline": 0.0, "wind": float(gain)}})
         made.append(case.model_copy(update={"found": found, "seed": number, "code_sha256": code}))
     return made
 
@@ -34,8 +34,8 @@ def test_no_case_seen_would_be_given_a_name():
 
 
 def test_the_best_single_effect_counts_not_the_baseline_or_pairs():
-    assert best_gain({"the baseline": 0.0, "wind": 12.0, "slip": 20.0, "slip with wind": 31.0}) == 20.0
-    assert best_gain({"the baseline": 0.0, "wind": -4.0}) == 0.0
+    assert largest({"the baseline": 0.0, "wind": 12.0, "slip": 20.0, "slip with wind": 31.0}) == 20.0
+    assert largest({"the baseline": 0.0, "wind": -4.0}) == 0.0
 
 
 def test_what_is_written_is_what_a_diagnosis_reads_with_the_seeds_that_made_it(tmp_path):
@@ -51,9 +51,9 @@ def test_what_is_written_is_what_a_diagnosis_reads_with_the_seeds_that_made_it(t
 
 def test_thresholds_in_force_are_at_least_what_the_cases_beside_them_gained_and_ask_for():
     measured = read_data_file(FILE, Measured, SCHEMA)
-    gains = np.array([null.gain for null in measured.nulls])
+    worths = np.array([null.worth for null in measured.nulls])
     assert measured.named == THRESHOLDS.named
-    assert THRESHOLDS.named >= max(gains.max(), level_of(gains))
+    assert THRESHOLDS.named >= max(worths.max(), level_of(worths))
 
 
 def test_few_cases_or_two_states_of_the_code_are_refused():
@@ -64,6 +64,6 @@ def test_few_cases_or_two_states_of_the_code_are_refused():
 
 
 def test_a_damaged_file_is_named(tmp_path):
-    (tmp_path / "thresholds.yaml").write_text("schema: sim1.thresholds/1\nnamed: many\n")
+    (tmp_path / "thresholds.yaml").write_text("schema: sim1.thresholds/2\nnamed: many\n")
     with pytest.raises(BadInput, match=r"thresholds\.yaml: .*named is 'many'"):
         read_thresholds(tmp_path / "thresholds.yaml")

@@ -18,6 +18,7 @@ def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5
     found = Found(
         first=named[0] if named else "wind",
         gains={"air_drag": 80.0},
+        worths={"air_drag": 75.0},
         least_misfit=tuple(named),
         effects={
             name: {"c": number if name in concealed else number.model_copy(update={"true": None})} for name in named
