@@ -6,9 +6,9 @@ import pytest
 
 LONGEST = (  # files that take a minute or so: the last of them would else keep one process busy alone
     "test_pipeline_smoke.py",
-    "test_mismatch_diagnosis.py",
-    "test_graph_regeneration.py",
+    "test_graph_regeneration.py",  # without the identification simulator, whose loops the first one compiles meanwhile
     "test_graph_of_the_project.py",
+    "test_mismatch_diagnosis.py",
     "test_mismatch_smooth_push.py",
     "test_mismatch_stage.py",
     "test_image_policy_training.py",
