@@ -7,7 +7,7 @@ import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.afar import from_afar
-from sim1.mismatch.decide import best_of, gain_of, null_of, rating, rivals_of, worth_a_second
+from sim1.mismatch.decide import best_of, gain_of, null_of, rating, rivals_of
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
 from sim1.mismatch.models import Model, calibrate, extended, judged, widened
@@ -119,7 +119,6 @@ def with_a_second(
     rivals = sorted(rivals_of(found.pool, best, thresholds), key=lambda model: rating(model, thresholds))
     firsts, pairs, lost = (best, *rivals)[:FIRSTS], [], []
     for number, first in enumerate(firsts):
-        gain = gain_of(found.pool, first, thresholds)
         tried = extended(
             engine,
             first.fit,
@@ -129,7 +128,7 @@ def with_a_second(
                 (n + share) / len(firsts), f"{name} beside {one.terms[0]}"
             ),
             most=PARTNERS,
-            least=WORTH_MORE * worth_a_second(first, None, gain, thresholds),
+            least=WORTH_MORE * thresholds.second,
             variants=first.variants,
         )
         pairs += tried.models

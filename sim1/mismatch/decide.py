@@ -106,10 +106,10 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     null = null_of(pool)
     before = mean_square(null.fit)
     standing = [model for model in pool if model.terms and worth([null], model, thresholds) >= thresholds.named]
-    if not _leader(pool, standing, thresholds, measured):
+    if not _leader(pool, standing, thresholds):
         return _unchanged("none" if before < thresholds.misfit else "unknown", null, before)
-    standing = [model for model in standing if established(model.fit, thresholds.significance)]
-    best = _leader(pool, standing, thresholds, measured)
+    standing = [model for model in standing if _steady(model, thresholds, measured)]
+    best = _leader(pool, standing, thresholds)
     if best is None:  # something gains, and nothing that is there beyond doubt
         return _unchanged("unknown", null, before)
     if left(null.fit, best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
@@ -162,10 +162,10 @@ def borne_out(
     for part in sorted(parts_of(pool, best), key=lambda model: rating(model, thresholds)):
         names, gain = set(best.terms) - set(part.terms), gain_of([null], part, thresholds)
         added = gain_of([null], best, thresholds) - gain - (against[best.terms] - against[part.terms])
-        if names and added / overcounted(best.fit, names) < _price(part, best, gain, thresholds, measured):
+        if names and added / overcounted(best.fit, names) < thresholds.second:
             best = part
     gain = gain_of([null], best, thresholds) - max(against[best.terms], 0.0)
-    if gain / overcounted(best.fit) < thresholds.named or not established(best.fit, thresholds.significance):
+    if gain / overcounted(best.fit) < thresholds.named or not _steady(best, thresholds, measured):
         return _unchanged("unknown", null, decision.misfit["baseline"])
     if best is decision.chosen:
         return decision
@@ -183,53 +183,42 @@ def parts_of(pool: list[Model], model: Model) -> list[Model]:
     return [one for one in pool if one.terms and set(one.terms) < set(model.terms)]
 
 
+def _steady(model: Model, thresholds: Thresholds, measured: frozenset[str]) -> bool:
+    """Whether recordings agree that a model's effects are there, and from second to second on how strong they are.
+
+    What imitates something else is asked for now more, now less than the fit has of it. Beside a delay that was measured much else may
+    be missing.
+    """
+    steady = overcounted(model.fit) <= thresholds.steady or set(model.terms) <= measured
+    return steady and established(model.fit, thresholds.significance)
+
+
 def _unchanged(verdict: str, null: Model, misfit: float) -> Decision:
     """The baseline stays what is simulated: nothing is missing, or nothing that is known explains it."""
     return Decision(verdict=verdict, null=null, chosen=null, rivals=(), misfit={"baseline": misfit, "chosen": misfit})
 
 
-def _leader(pool: list[Model], standing: list[Model], thresholds: Thresholds, measured: frozenset[str]) -> Model | None:
+def _leader(pool: list[Model], standing: list[Model], thresholds: Thresholds) -> Model | None:
     """The best of those that stand, or a simpler one within its reach; None where that one does not stand.
 
     Two that gain a little each are no name, however much together.
     """
     if not standing:
         return None
-    best = _simplest(pool, best_of(standing, thresholds), thresholds, measured)
+    best = _simplest(pool, best_of(standing, thresholds), thresholds)
     return best if any(best is one for one in standing) else None
 
 
-def _simplest(pool: list[Model], best: Model, thresholds: Thresholds, measured: frozenset[str]) -> Model:
-    """Within reach of the best: with fewer effects, or of a family that the best one's contains.
-
-    No formula of a delay leaves a share of what the delay explains, so beside a measured one a second effect pays no such share.
-    """
+def _simplest(pool: list[Model], best: Model, thresholds: Thresholds) -> Model:
+    """Within reach of the best: with fewer effects, or of a family that the best one's contains."""
     top = gain_of(pool, best, thresholds)
     for model in sorted(pool, key=lambda model: rating(model, thresholds)):
         gain = gain_of(pool, model, thresholds)
         simpler = len(model.terms) < len(best.terms) or _contained(model.terms, best.terms)
         added = (top - gain) / overcounted(best.fit, set(best.terms) - set(model.terms))
-        if model.terms and simpler and added < _price(model, best, gain, thresholds, measured):
+        if model.terms and simpler and added < thresholds.second:
             best, top = model, gain
     return best
-
-
-def _price(first: Model, both: Model, gain: float, thresholds: Thresholds, measured: frozenset[str]) -> float:
-    if set(first.terms) <= measured:
-        return thresholds.second
-    return worth_a_second(first, both, gain, thresholds)
-
-
-def worth_a_second(first: Model, both: Model | None, gain: float, thresholds: Thresholds) -> float:
-    """Nats that a second effect must add to a first one that gained `gain`.
-
-    Where the first leaves no excess, it must add a share of that too: it would explain what another formula or mesh does to the
-    first. With `both` unknown yet it is what may do.
-    """
-    excess = mean_square(first.fit) > thresholds.left
-    if excess and (both is None or explained(first.fit, both.fit, thresholds) >= thresholds.explained):
-        return thresholds.second
-    return max(thresholds.second, thresholds.second_share * gain)
 
 
 def _contained(small: tuple[str, ...], large: tuple[str, ...]) -> bool:

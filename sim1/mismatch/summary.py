@@ -52,13 +52,13 @@ class Prices(Strict):
     """What a name has to gain in nats, to explain and to foretell."""
 
     per_term: float
-    named: float
+    named: float  # what an effect has to be worth
     margin: float
-    second: float  # what one effect more has to gain over the first,
-    second_share: float  # also in units of the first's gain
+    second: float  # what one effect more has to be worth beside the first
     explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`
     left: float
     significance: float  # of the test that an effect's strength is not nothing
+    steady: float  # times that a named effect's evidence may count the same error of the simulator
     nulls: int  # bundles with nothing missing that `named` rests on
 
 
