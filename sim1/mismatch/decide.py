@@ -199,26 +199,26 @@ def _unchanged(verdict: str, null: Model, misfit: float) -> Decision:
 
 
 def _leader(pool: list[Model], standing: list[Model], thresholds: Thresholds) -> Model | None:
-    """The best of those that stand, or a simpler one within its reach; None where that one does not stand.
+    """The best of those that stand, or a simpler one within its reach; None where that is a part of it that does not stand.
 
-    Two that gain a little each are no name, however much together.
+    Two that gain a little each are no name, however much together. Simpler is what has fewer effects, or is of a family that the best
+    one's contains.
     """
     if not standing:
         return None
-    best = _simplest(pool, best_of(standing, thresholds), thresholds)
-    return best if any(best is one for one in standing) else None
-
-
-def _simplest(pool: list[Model], best: Model, thresholds: Thresholds) -> Model:
-    """Within reach of the best: with fewer effects, or of a family that the best one's contains."""
+    best = best_of(standing, thresholds)
     top = gain_of(pool, best, thresholds)
     for model in sorted(pool, key=lambda model: rating(model, thresholds)):
-        gain = gain_of(pool, model, thresholds)
+        gain, stands = gain_of(pool, model, thresholds), _among(model, standing)
         simpler = len(model.terms) < len(best.terms) or _contained(model.terms, best.terms)
         added = (top - gain) / overcounted(best.fit, set(best.terms) - set(model.terms))
-        if model.terms and simpler and added < thresholds.second:
+        if (model.terms and simpler and added < thresholds.second) and (stands or set(model.terms) < set(best.terms)):
             best, top = model, gain
-    return best
+    return best if _among(best, standing) else None
+
+
+def _among(model: Model, models: list[Model]) -> bool:
+    return any(model is one for one in models)
 
 
 def _contained(small: tuple[str, ...], large: tuple[str, ...]) -> bool:

@@ -242,6 +242,17 @@ def test_wind_must_earn_what_it_adds_to_the_drag_that_it_contains(unknowns):
     assert verdict(unknowns, {("wind",): 400.0, ("air_drag",): 300.0}) == ("named", ("wind",))
 
 
+def test_what_is_simpler_and_does_not_stand_takes_no_name_away_unless_it_is_a_part(unknowns, monkeypatch):
+    """Still air's drag imitates a stream almost as well, now more of it, now less."""
+    pool = pool_of(unknowns, {("wind",): 330.0, ("air_drag",): 300.0})
+    monkeypatch.setattr(
+        "sim1.mismatch.decide.overcounted", lambda fit, names=None: 10.0 if fit is pool[2].fit and not names else 1.0
+    )
+    assert decide(pool, THRESHOLDS).chosen.terms == ("wind",)
+    pool = pool_of(unknowns, {("adhesion", "wind"): 330.0, ("wind",): 300.0})
+    assert decide(pool, THRESHOLDS).verdict == "none"
+
+
 def test_even_odds_are_where_a_name_begins_and_the_unknown_is_as_probable_as_all_names(unknowns):
     pool = tuple(pool_of(unknowns, {("air_drag",): THRESHOLDS.named}))
     assert probabilities(pool, "named", THRESHOLDS)["air_drag"] == pytest.approx(0.5)
