@@ -60,6 +60,12 @@ def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> 
     return float(np.mean(np.minimum(values**2, gross)))
 
 
+def exceeds(fit: Fit, thresholds: Thresholds) -> bool:
+    """Whether a model leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too."""
+    alone = max(mean_square(fit, (name,)) for name in fit.names)
+    return mean_square(fit) >= thresholds.misfit or alone >= thresholds.misfit_alone
+
+
 def _gross(null: Fit, name: str) -> float:
     """What counts as a gross error in a recording that the baseline misses by far: it is set by how far that is.
 
@@ -104,10 +110,10 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     are there is known, however much else is.
     """
     null = null_of(pool)
-    before = mean_square(null.fit)
+    before, missing = mean_square(null.fit), exceeds(null.fit, thresholds)
     standing = [model for model in pool if model.terms and worth([null], model, thresholds) >= thresholds.named]
     if not _leader(pool, standing, thresholds):
-        return _unchanged("none" if before < thresholds.misfit else "unknown", null, before)
+        return _unchanged("unknown" if missing else "none", null, before)
     standing = [model for model in standing if _steady(model, thresholds, measured)]
     best = _leader(pool, standing, thresholds)
     if best is None:  # something gains, and nothing that is there beyond doubt

@@ -58,6 +58,7 @@ class Prices(Strict):
     explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`
     left: float
     significance: float  # of the test that an effect's strength is not nothing
+    misfit_alone: float  # mean squared residual of one recording from which something is taken to be missing
     steady: float  # times that a named effect's evidence may count the same error of the simulator
     nulls: int  # bundles with nothing missing that `named` rests on
 

@@ -71,6 +71,15 @@ def test_an_excess_over_noise_that_nothing_explains_is_unknown(unknowns):
     assert verdict(unknowns, {("air_drag",): 10.0}, {(): 2.0}) == ("unknown", ())
 
 
+def test_what_pushes_in_one_recording_alone_is_missing_too(unknowns):
+    """A magnet beside which the sheet swings once."""
+    quiet = {f"quiet_{k}": 0.8 for k in range(4)}
+    for pushed, said in ((0.9 * THRESHOLDS.misfit_alone, "none"), (1.1 * THRESHOLDS.misfit_alone, "unknown")):
+        null = replace(pool_of(unknowns, {})[0], fit=fitted(unknowns, pushed=pushed, **quiet))
+        assert mean_square(null.fit) < THRESHOLDS.misfit
+        assert decide([null], THRESHOLDS).verdict == said
+
+
 def test_a_model_that_leaves_most_of_the_excess_is_unknown(unknowns):
     misfits = {(): 9.0, ("air_drag",): 6.0}
     assert verdict(unknowns, {("air_drag",): 500.0}, misfits) == ("unknown", ())
