@@ -14,6 +14,8 @@ import matplotlib.pyplot as plt
 
 from sim1.picture_file import save_figure
 
+FLAT = 0.15  # height over width of what markers pass through, below which it is seen from above
+
 
 def draw_forces(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     """Map of the missing force on the cloth and its course in every recording."""
@@ -56,23 +58,29 @@ def draw_heldout_error(path: Path, bundle: Bundle, found: Diagnosis) -> None:
 
 
 def draw_key_frames(path: Path, bundle: Bundle, found: Diagnosis) -> None:
-    """Measured and simulated markers of the held-out recording at four moments: seen across the way that they move most."""
+    """Measured and simulated markers of the held-out recording at four moments: seen across the way that they move most.
+
+    A sheet that lies flat is seen from above.
+    """
     name = found.heldout[0]
     recording = next(r for r in bundle.recordings if r.name == name)
     runs = {label: found.heldout_markers_m[label][name] for label in ("baseline", "augmented")}
     error = _error_m(recording, runs["baseline"])
     frames = [int(part[np.argmax(error[part])]) for part in np.array_split(np.flatnonzero(np.isfinite(error)), 4)]
     side = int(np.ma.masked_invalid(recording.markers_m[..., :2]).std(axis=0).mean(axis=0).argmax())
+    low, high = np.nanmin(recording.markers_m, axis=(0, 1)), np.nanmax(recording.markers_m, axis=(0, 1))
+    flat = high[2] - low[2] < FLAT * (high - low)[:2].max()
+    across, up = (0, 1) if flat else (side, 2)
     figure, axes = plt.subplots(1, 4, figsize=(12, 3.6), sharex=True, sharey=True, layout="constrained")
     for axis, frame in zip(axes, frames, strict=True):
-        seen = 1e3 * recording.markers_m[frame][:, [side, 2]]
+        seen = 1e3 * recording.markers_m[frame][:, [across, up]]
         for (label, run), color in zip(runs.items(), ("tab:red", "tab:blue"), strict=True):
-            told = 1e3 * run[frame][:, [side, 2]]
+            told = 1e3 * run[frame][:, [across, up]]
             axis.plot(*np.stack([seen, told], axis=1).transpose(2, 1, 0), color=color, lw=0.8)
             axis.scatter(*told.T, s=9, color=color, label=label)
         axis.scatter(*seen.T, s=22, facecolors="none", edgecolors="k", label="measured")
-        axis.set(xlabel=f"{'xy'[side]} [mm]", title=f"{recording.time_s[frame]:.2f} s", aspect="equal")
-    axes[0].set_ylabel("z [mm]")
+        axis.set(xlabel=f"{'xyz'[across]} [mm]", title=f"{recording.time_s[frame]:.2f} s", aspect="equal")
+    axes[0].set_ylabel(f"{'xyz'[up]} [mm]")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", fontsize=8)
     figure.suptitle(f"{name}: the moments at which the baseline is most wrong in each quarter")
     save_figure(figure, path, dpi=110)
