@@ -99,7 +99,7 @@ def measure(say: Any) -> tuple[dict[str, Any], list[tuple[Pull, scenes.Cloth]]]:
     say(f"cost of a step with self-contact: lying {found['lying']['ratio']}, sliding {found['sliding']['ratio']}")
     document["equal_stretch"] = [equal.search(sheet, say), equal.search(fine, say, iterations=(1,), first_rate=7200)]
     for cloth, search in zip((sheet, fine), document["equal_stretch"], strict=True):
-        say(f"time at equal stretch, {cloth.name}: {search['ratio']}, stricter limit: {search.get('ratio_stricter')}")
+        say(f"time at equal stretch, {cloth.name}: {search['ratio']}, stricter limit: {search['ratio_stricter']}")
     document["growth"] = {"vertices": growth.with_vertices()}
     say("growth with vertices measured")
     document["growth"]["worlds"] = growth.with_worlds()

@@ -85,13 +85,9 @@ def _diagnose(
     named = decision.chosen
     told = {(): {name: foretold["baseline"][name] for name in heldout}}  # by effects
     parts = [] if stopped else parts_of(found.pool, named)
-    for model in (named, *parts) if named.terms else ():
-        told[model.terms] = foretold_by(engine, model, heldout)
-    against = {
-        model.terms: nats_against(engine, decision.null, model, (told[()], told[model.terms]), heldout)
-        for model in (named, *parts)
-        if model.terms
-    }
+    asked = [named, *parts] if named.terms else []
+    told |= {model.terms: foretold_by(engine, model, heldout) for model in asked}
+    against = nats_against(engine, decision.null, asked, told, heldout)
     decision = borne_out(decision, parts, against, thresholds, delays)
     foretold["augmented"] = foretold["baseline"]
     if decision.chosen.terms:

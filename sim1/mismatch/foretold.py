@@ -7,6 +7,8 @@ from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import cost_of, temper_of
 from sim1.mismatch.models import Model
 
+type Foretold = dict[tuple[str, ...], dict[str, np.ndarray]]  # by effects and recording
+
 
 def foretold_by(engine: Engine, model: Model, names: tuple[str, ...]) -> dict[str, np.ndarray]:
     """Markers (N, M, 3) by recording, from rest and drives alone."""
@@ -14,24 +16,31 @@ def foretold_by(engine: Engine, model: Model, names: tuple[str, ...]) -> dict[st
 
 
 def nats_against(
-    engine: Engine, null: Model, model: Model, foretold: tuple[dict, dict], names: tuple[str, ...]
-) -> float:
-    """By how much recordings are less likely foretold with a model than with the baseline; below 0: more likely.
+    engine: Engine, null: Model, models: list[Model], foretold: Foretold, names: tuple[str, ...]
+) -> dict[tuple[str, ...], float]:
+    """By how many nats recordings are less likely foretold with a model than with the baseline, by effects; below 0: more likely.
 
-    `foretold`: markers (N, M, 3) by recording of the baseline and of the model. Counted as evidence is in a fit: what the mesh gets
+    `foretold`: by effects, () the baseline's, markers (N, M, 3) by recording. Counted as evidence is in a fit: what the mesh gets
     wrong, the larger of both where they differ, is carried as discrepancy, and neighbours in time count as one. A sheet that snaps
     to one side on one mesh and to the other on the next is no witness.
     """
-    cost = 0.0
-    rough = [
-        engine.foretell(one.fit.unknowns.world(one.fit.z), names, finer=engine.other_mesh) for one in (null, model)
-    ]
-    for name in names:
-        one = engine.observed(name)
-        mesh_m = [mesh_error(one, fine[name] - coarse[name]) for fine, coarse in zip(foretold, rough, strict=True)]
-        with engine.aside():
-            one = engine.carry(name, np.maximum(*mesh_m))
-            before, after = ({name: one.white(one.reduce(fine[name]) - one.measured_m)} for fine in foretold)
-            temper = temper_of(engine, before, (name,))
-        cost += cost_of(after, (name,), temper) - cost_of(before, (name,), temper)
-    return cost
+    if not models:
+        return {}
+    rough = {
+        one.terms: engine.foretell(one.fit.unknowns.world(one.fit.z), names, finer=engine.other_mesh)
+        for one in (null, *models)
+    }
+    against = {}
+    for terms in (model.terms for model in models):
+        cost = 0.0
+        for name in names:
+            pair = [foretold[one][name] for one in ((), terms)]
+            one = engine.observed(name)
+            mesh_m = [mesh_error(one, fine - rough[k][name]) for fine, k in zip(pair, ((), terms), strict=True)]
+            with engine.aside():
+                one = engine.carry(name, np.maximum(*mesh_m))
+                before, after = ({name: one.white(one.reduce(fine) - one.measured_m)} for fine in pair)
+                temper = temper_of(engine, before, (name,))
+            cost += cost_of(after, (name,), temper) - cost_of(before, (name,), temper)
+        against[terms] = cost
+    return against

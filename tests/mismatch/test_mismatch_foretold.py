@@ -12,6 +12,7 @@ from sim1.mismatch.compare import observe
 from sim1.mismatch.foretold import nats_against
 
 NOISE_M = 3e-4
+WIND = ("wind",)
 
 
 class Foreteller:
@@ -45,11 +46,12 @@ class Foreteller:
 def against(told, other=None) -> float:
     """Nats against the second of two models, by how far each foretells markers off [m]."""
     engine = Foreteller(told, other or told)
-    models = [
-        SimpleNamespace(fit=SimpleNamespace(unknowns=SimpleNamespace(world=lambda z, n=n: n), z=None)) for n in (0, 1)
-    ]
-    foretold = tuple(engine.foretell(n, ("only",)) for n in (0, 1))
-    return nats_against(engine, *models, foretold, ("only",))
+    null, model = (
+        SimpleNamespace(terms=terms, fit=SimpleNamespace(unknowns=SimpleNamespace(world=lambda z, n=n: n), z=None))
+        for n, terms in enumerate(((), WIND))
+    )
+    foretold = {terms: engine.foretell(n, ("only",)) for n, terms in enumerate(((), WIND))}
+    return nats_against(engine, null, [model], foretold, ("only",))[WIND]
 
 
 def test_what_foretells_worse_is_less_likely_and_the_other_way_round():

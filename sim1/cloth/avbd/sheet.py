@@ -40,7 +40,7 @@ class Part:
     slope: wp.vec2  # b1, b2 [1/m]
     first: wp.vec3  # S11 b1 + S12 b2 over strain, times the area [N]
     second: wp.vec3  # S12 b1 + S22 b2 over strain, times the area [N]
-    firmness: wp.vec3  # b1 b1, b1 b2, b2 b2 parts of A b C b: its change with the strain's change by the block [N/m]
+    firmness: wp.vec3  # A (g1 C g1, g1 C g2, g2 C g2), g1 = (b1, 0, b2) and g2 = (0, b2, b1) the strain's changes [N/m]
     viscosity: float  # 4 A kd [N m s]
     beside: float  # C12 over C11
     single: float  # A E / 2, of a strip that nothing holds sideways [N m]
