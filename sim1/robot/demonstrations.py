@@ -14,6 +14,7 @@ from sim1.motion.placement import random_placement
 from sim1.progress import report
 from sim1.robot.expert_task import SCHEMA, read_task
 from sim1.robot.expert_variation import Spread, draw_variation
+from sim1.robot.pad_slip import pad_slip_m
 from sim1.robot.session import demonstrate, replay, settle, shortened
 from sim1.robot.session_pictures import film_strip, outcome_picture
 from sim1.robot.session_writer import SessionWriter
@@ -54,7 +55,7 @@ def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path)
             }
             episode = demonstrate(cell, task, _laid(start, config.laid_m, stream), variation, about)
             writer.put(f"{attempt:04d}", episode)
-            rows.append(_row(attempt, episode.about, episode.frame_count))
+            rows.append(_row(attempt, episode, cell))
             if best is None or (episode.about["success"] and not best.about["success"]):
                 best = episode
             success_count = sum(row["success"] for row in rows)
@@ -109,8 +110,13 @@ def _outcome(about: dict) -> str:
     return "folded" if about["success"] else f"failed, {about['failure']}"
 
 
-def _row(attempt: int, about: dict, frame_count: int) -> dict:
-    figures = about["figures"]
+def _row(attempt: int, episode: Episode, cell: Cell) -> dict:
+    about, figures = episode.about, episode.about["figures"]
+    tools = np.stack([cell.tool_poses(joints) for joints in episode.joints_rad])
+    config = cell.config
+    slip_m = pad_slip_m(
+        episode.garment_m, tools, episode.openness, width_m=config.finger_width_m, length_m=config.finger_length_m
+    )
     return {
         "attempt": attempt,
         "success": bool(about["success"]),
@@ -119,5 +125,7 @@ def _row(attempt: int, about: dict, frame_count: int) -> dict:
         "keypoint_error_mm": round(1000 * figures["keypoint_error_m"], 1),
         "height_mm": round(1000 * figures["height_m"], 1),
         "stretch": round(figures["stretch"], 3),
-        "duration_s": round(frame_count / 30.0, 2),
+        "crossing_count": int(figures["crossing_count"]),  # edges of the garment that pass through a face of it
+        "pad_slip_mm": None if slip_m is None else round(1000 * slip_m, 2),
+        "duration_s": round(episode.frame_count / 30.0, 2),
     }
