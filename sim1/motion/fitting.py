@@ -38,7 +38,7 @@ def fit_model(pool: Path, garment: str, config: MotionModelConfig, out: Path) ->
             f"{pool}: no moving segment that is long enough to learn from; check the thresholds of segment_pool"
         )
     rng = random_stream(config.seed, garment, "motion_model")
-    trained, scale = None, np.ones(TOKEN_SIZE)
+    trained, scale = None, np.ones((config.token_count, TOKEN_SIZE))
     if config.method == "diffusion":
         trained, scale = _train(transitions, config, rng)
     model = MotionModel(

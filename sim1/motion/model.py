@@ -16,7 +16,7 @@ from sim1.motion.residual import assemble
 from sim1.motion.transitions import outlook
 from sim1.network_file import load_weights, read_network, write_network
 
-SCHEMA = "sim1.motion-model/2"
+SCHEMA = "sim1.motion-model/3"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +26,7 @@ class MotionModel:
     method: str  # diffusion, minimum_jerk, straight or slicing
     durations: DurationModel
     network: MotionTransformer | None
-    scale: np.ndarray  # (20,) size of the residual
+    scale: np.ndarray  # (token_count, 20) size of the residual
     width: int
     layer_count: int
     token_count: int

@@ -141,6 +141,14 @@ def principal_shapes(residual: np.ndarray, scale: np.ndarray, count: int) -> np.
 
 
 def residual_scale(residual: np.ndarray) -> np.ndarray:
-    """(20,) standard deviation of every channel away from the ends, with a floor of a fiftieth of the largest."""
-    spread = residual[:, 1:-1].reshape(-1, TOKEN_SIZE).std(axis=0)
-    return np.maximum(spread, max(spread.max() / 50, 1e-4))
+    """(n, 20) size of residuals (b, n, 20): of every channel, with a floor of a fiftieth of the largest, times that of every phase.
+
+    Near its ends a residual is small, as the interpolant has the neighbours' speed and acceleration: an error of the network there
+    must be small likewise, or it is heard as a jerk at the join.
+    """
+    inner = residual[:, 1:-1]
+    spread = inner.reshape(-1, TOKEN_SIZE).std(axis=0)
+    channel = np.maximum(spread, max(spread.max() / 50, 1e-4))
+    phase = np.sqrt(((inner / channel) ** 2).mean(axis=(0, 2)))
+    phase = np.concatenate([[1.0], np.maximum(phase, max(phase.max() / 1000, 1e-6)), [1.0]])  # ends are exact anyway
+    return phase[:, None] * channel

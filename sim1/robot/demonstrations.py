@@ -73,8 +73,16 @@ def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path)
         "success_count": success_count,
         "vertex_count": len(mesh.rest_m),
         "duration_s": round(float(np.mean([row["duration_s"] for row in rows])), 2),
+        **_grasp_facts([row for row in rows if row["success"]]),
         "attempts": rows,
     }
+
+
+def _grasp_facts(folded: list[dict]) -> dict[str, float]:
+    """How well cloth was held and what of it passes through itself: the largest of the attempts that folded it."""
+    slips = [row["pad_slip_mm"] for row in folded if row["pad_slip_mm"] is not None]
+    crossings = [row["crossing_count"] for row in folded]
+    return {"largest_pad_slip_mm": max(slips)} | {"largest_crossing_count": max(crossings)} if slips else {}
 
 
 def _laid(start: np.ndarray, radius_m: float, stream: np.random.Generator) -> np.ndarray:

@@ -11,7 +11,7 @@ from sim1.motion.model import read_model, sliced, transition
 from sim1.motion.network import MotionTransformer, signal_and_noise
 from sim1.motion.placement import planar
 from sim1.motion.pool import read_pool, write_pool
-from sim1.motion.poses import joined
+from sim1.motion.poses import TOKEN_SIZE, joined
 from sim1.motion.stage import MotionModelConfig, check_motion_model, motion_model
 from sim1.motion.transitions import (
     HISTORY_COUNT,
@@ -198,7 +198,7 @@ def test_a_slice_is_the_moved_source_after_a_straight_bridge(pool):
 def test_a_model_of_another_schema_is_refused(trained, tmp_path):
     _, out, _ = trained
     (tmp_path / "model.safetensors").write_bytes((out / "model.safetensors").read_bytes())
-    (tmp_path / "model.json").write_text((out / "model.json").read_text().replace("motion-model/2", "motion-model/9"))
+    (tmp_path / "model.json").write_text((out / "model.json").read_text().replace("motion-model/3", "motion-model/9"))
     with pytest.raises(BadInput, match="motion-model/9"):
         read_model(tmp_path)
 
@@ -206,3 +206,12 @@ def test_a_model_of_another_schema_is_refused(trained, tmp_path):
 def test_scales_have_a_floor_where_nothing_varies(pool):
     bank = bank_of(transitions_of(pool), 16, 16, np.random.default_rng(0))
     assert (residual_scale(bank.residual) > 0).all()
+
+
+def test_scales_are_small_where_residuals_are(pool):
+    bank = bank_of(transitions_of(pool), 64, 32, np.random.default_rng(0))
+    scale = residual_scale(bank.residual)
+    assert scale.shape == (32, TOKEN_SIZE)
+    assert scale[1].max() < 0.1 * scale[16].max()  # beside an end, and midway
+    near, midway = (np.std(bank.residual[:, token] / scale[token]) for token in (2, 16))
+    assert 0.2 < near / midway < 5.0

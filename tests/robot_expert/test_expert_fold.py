@@ -73,6 +73,8 @@ def artifact(inputs, tmp_path_factory) -> tuple[Path, dict]:
 def test_a_small_towel_is_folded_by_finger_contact(artifact):
     out, facts = artifact
     assert facts["success_count"] == 1
+    assert facts["largest_pad_slip_mm"] < 5.0
+    assert facts["largest_crossing_count"] == 0
     episode = read_episode(out / "episodes" / f"{facts['attempt_count'] - 1:04d}")
     assert episode.about["success"]
     assert episode.about["figures"]["iou"] > 0.8

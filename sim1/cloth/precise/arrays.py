@@ -40,7 +40,7 @@ Cloth = namedtuple(
         "ripple",  # (P, C) rigidity times area of what no quadratic follows [N m^3]
         "curl",  # (P, C, 3) rest curvature [1/m]
         "bend_area",  # (P, C) [m^2]
-        "push",  # None, or (P, 2, V, 3) a push [N] and a brake [N s/m] without a name: None is a type, and costs nothing
+        "push",  # (P, 2, V, 3), or of no world: a push [N] and a brake [N s/m] without a name
     ],
 )
 
