@@ -212,6 +212,6 @@ def test_scales_are_small_where_residuals_are(pool):
     bank = bank_of(transitions_of(pool), 64, 32, np.random.default_rng(0))
     scale = residual_scale(bank.residual)
     assert scale.shape == (32, TOKEN_SIZE)
-    assert scale[1].max() < 0.1 * scale[16].max()  # beside an end, and midway
+    assert scale[1].max() < 0.5 * scale[16].max()  # beside an end, and midway
     near, midway = (np.std(bank.residual[:, token] / scale[token]) for token in (2, 16))
     assert 0.2 < near / midway < 5.0
