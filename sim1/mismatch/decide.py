@@ -51,7 +51,7 @@ def gain_of(pool: list[Model], model: Model, thresholds: Thresholds) -> float:
 def worth(pool: list[Model], model: Model, thresholds: Thresholds) -> float:
     """What a model gains over the baseline where evidence that counts the same error again and again counts it once, nats."""
     gain = gain_of(pool, model, thresholds)
-    return gain / overcounted(model.fit) if gain > 0.0 else gain
+    return gain / overcounted(model.fit, null_of(pool).fit) if gain > 0.0 else gain
 
 
 def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> float:
@@ -114,7 +114,7 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     standing = [model for model in pool if model.terms and worth([null], model, thresholds) >= thresholds.named]
     if not _leader(pool, standing, thresholds):
         return _unchanged("unknown" if missing else "none", null, before)
-    standing = [model for model in standing if _steady(model, thresholds, measured)]
+    standing = [model for model in standing if _steady(null, model, thresholds, measured)]
     best = _leader(pool, standing, thresholds)
     if best is None:  # something gains, and nothing that is there beyond doubt
         return _unchanged("unknown", null, before)
@@ -168,10 +168,10 @@ def borne_out(
     for part in sorted(parts_of(pool, best), key=lambda model: rating(model, thresholds)):
         names, gain = set(best.terms) - set(part.terms), gain_of([null], part, thresholds)
         added = gain_of([null], best, thresholds) - gain - (against[best.terms] - against[part.terms])
-        if names and added / overcounted(best.fit, names) < thresholds.second:
+        if names and added / overcounted(best.fit, part.fit) < thresholds.second:
             best = part
     gain = gain_of([null], best, thresholds) - max(against[best.terms], 0.0)
-    if gain / overcounted(best.fit) < thresholds.named or not _steady(best, thresholds, measured):
+    if gain / overcounted(best.fit, null.fit) < thresholds.named or not _steady(null, best, thresholds, measured):
         return _unchanged("unknown", null, decision.misfit["baseline"])
     if best is decision.chosen:
         return decision
@@ -189,13 +189,13 @@ def parts_of(pool: list[Model], model: Model) -> list[Model]:
     return [one for one in pool if one.terms and set(one.terms) < set(model.terms)]
 
 
-def _steady(model: Model, thresholds: Thresholds, measured: frozenset[str]) -> bool:
+def _steady(null: Model, model: Model, thresholds: Thresholds, measured: frozenset[str]) -> bool:
     """Whether recordings agree that a model's effects are there, and from second to second on how strong they are.
 
     What imitates something else is asked for now more, now less than the fit has of it. Beside a delay that was measured much else may
     be missing.
     """
-    steady = overcounted(model.fit) <= thresholds.steady or set(model.terms) <= measured
+    steady = overcounted(model.fit, null.fit) <= thresholds.steady or set(model.terms) <= measured
     return steady and established(model.fit, thresholds.significance)
 
 
@@ -217,7 +217,7 @@ def _leader(pool: list[Model], standing: list[Model], thresholds: Thresholds) ->
     for model in sorted(pool, key=lambda model: rating(model, thresholds)):
         gain, stands = gain_of(pool, model, thresholds), _among(model, standing)
         simpler = len(model.terms) < len(best.terms) or _contained(model.terms, best.terms)
-        added = (top - gain) / overcounted(best.fit, set(best.terms) - set(model.terms))
+        added = (top - gain) / overcounted(best.fit, model.fit)
         if (model.terms and simpler and added < thresholds.second) and (stands or set(model.terms) < set(best.terms)):
             best, top = model, gain
     return best if _among(best, standing) else None

@@ -10,8 +10,6 @@ recording, and in one way in all of them where its mesh is to blame. Three parts
 * The mesh: what the coefficients would be on the coarser one, times the share of that change that the working one is taken to be off by.
 """
 
-from collections.abc import Collection
-
 import numpy as np
 from scipy import stats
 
@@ -55,34 +53,22 @@ def established(found: Fit, level: float) -> bool:
     return True
 
 
-def overcounted(found: Fit, names: Collection[str] | None = None) -> float:
-    """How often evidence for effects (all, or those of `names`) counts the same error of the simulator; 1 where it counts each once.
+def overcounted(found: Fit, base: Fit) -> float:
+    """How often what a model gains over `base` counts the same error of the simulator; 1 where it counts each once.
 
-    A sheet that bends a little wrong takes all markers along, for as long as it does: many residuals, one witness. How far stretches of
-    time pull the strengths to and fro (the sandwich again, stretches as clusters), in units of the variance that independent residuals
-    would give, in the mean over the strengths: the factor by which a ratio of likelihoods is too large (Kent 1982).
+    A sheet that bends a little wrong takes all markers along, for as long as it does: many residuals, one witness. A model takes some
+    part d off every residual; what it leaves, r, has nothing in common with d where it is independent: the sum of d r over a stretch of
+    time varies as the sum of d^2. By how much more it does is the factor by which the ratio of likelihoods is too large (Kent 1982, along
+    the way from `base` to the model: differences, no slopes, which are wild where cloth sticks and slips).
     """
-    terms = found.unknowns.terms
-    wanted = [k for k, term in enumerate(terms) if names is None or term.effect.name in names]
-    places = [place for k in wanted for place in found.unknowns.strengths(k)]
-    pulls = [_pulls_by_stretch(found, name) for name in found.names]
-    count = sum(map(len, pulls))
-    if not places or count < 2:
-        return 1.0
-    each = np.concatenate(pulls)
-    each = ((each - each.mean(0)) @ found.covariance)[:, places]
-    prior = found.covariance[places] @ found.covariance[:, places]
-    robust = count / (count - 1) * each.T @ each + prior
-    plain = found.covariance[np.ix_(places, places)]
-    return max(1.0, float(np.trace(np.linalg.solve(plain, robust))) / len(places))
-
-
-def _pulls_by_stretch(found: Fit, name: str) -> np.ndarray:
-    """Gradients (stretches, P) of a recording's negative log likelihood."""
-    residual = found.residuals[name]
-    each = found.slopes[name] * (weights(residual) * residual)[:, None] / found.temper[name]
-    first = np.flatnonzero(np.diff(found.stretch[name], prepend=-1))
-    return np.add.reduceat(each, first, axis=0)
+    shared, independent = 0.0, 0.0
+    for name in found.names:
+        residual = found.residuals[name]
+        taken, weight = base.residuals[name] - residual, weights(residual)
+        first = np.flatnonzero(np.diff(found.stretch[name], prepend=-1))
+        shared += float((np.add.reduceat(weight * taken * residual / found.temper[name], first) ** 2).sum())
+        independent += float((weight * taken**2).sum()) / found.temper[name]
+    return max(1.0, shared / independent) if independent > 0.0 else 1.0
 
 
 def scatter(found: Fit) -> np.ndarray:

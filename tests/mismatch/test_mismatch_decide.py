@@ -21,6 +21,12 @@ def unknowns():
     return replace(baseline(empty_bundle(motions=2)), nominal=())
 
 
+@pytest.fixture(autouse=True)
+def counted_once(monkeypatch):
+    """Residuals here are made for their mean squares, not for how they vary in time; tests that ask for that say so."""
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.0)
+
+
 def pool_of(unknowns, gains, misfits=None):
     """Models by terms, with the nats that each gains over the baseline, and mean squares of their residuals."""
     misfits, pool = misfits or {}, []
@@ -200,12 +206,12 @@ def test_an_effect_whose_strength_could_be_nothing_is_no_name_however_much_it_ga
 def test_evidence_that_counts_one_error_many_times_makes_no_name(unknowns, monkeypatch):
     """Nothing is missing, the mesh bends a little wrong in one recording, and an anisotropy follows it there."""
     pool = pool_of(unknowns, {("anisotropic_stretch",): 2.0 * THRESHOLDS.named})
-    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, names=None: 1.9)
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.9)
     assert decide(pool, THRESHOLDS).verdict == "named"
-    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, names=None: 2.1)
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 2.1)
     found = decide(pool, THRESHOLDS)
     assert (found.verdict, found.chosen.terms) == ("none", ())
-    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, names=None: 1.9)
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.9)
     kept = decide(pool, THRESHOLDS)
     little = {("anisotropic_stretch",): 0.2 * THRESHOLDS.named}
     assert borne_out(kept, pool, little, THRESHOLDS).verdict == "unknown"
@@ -213,9 +219,9 @@ def test_evidence_that_counts_one_error_many_times_makes_no_name(unknowns, monke
 
 def test_an_effect_that_is_asked_for_now_more_now_less_follows_something_else(unknowns, monkeypatch):
     pool = pool_of(unknowns, {("wind",): 3000.0, ("clock_offset",): 2900.0})
-    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, names=None: 0.9 * THRESHOLDS.steady)
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 0.9 * THRESHOLDS.steady)
     assert decide(pool, THRESHOLDS).chosen.terms == ("wind",)
-    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, names=None: 1.1 * THRESHOLDS.steady)
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.1 * THRESHOLDS.steady)
     assert decide(pool, THRESHOLDS).verdict == "unknown"
     assert decide(pool, THRESHOLDS, frozenset({"clock_offset"})).chosen.terms == ("clock_offset",)
 
@@ -224,9 +230,7 @@ def test_a_second_effect_that_follows_one_error_again_and_again_is_not_named(unk
     pair = ("air_drag", "shrinkage")
     pool = pool_of(unknowns, {("air_drag",): 400.0, pair: 400.0 + 3.0 * THRESHOLDS.second})
     assert decide(pool, THRESHOLDS).chosen.terms == pair
-    monkeypatch.setattr(
-        "sim1.mismatch.decide.overcounted", lambda fit, names=None: 3.1 if names == {"shrinkage"} else 1.0
-    )
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 3.1 if base is pool[1].fit else 1.0)
     assert decide(pool, THRESHOLDS).chosen.terms == ("air_drag",)
 
 
@@ -254,9 +258,7 @@ def test_wind_must_earn_what_it_adds_to_the_drag_that_it_contains(unknowns):
 def test_what_is_simpler_and_does_not_stand_takes_no_name_away_unless_it_is_a_part(unknowns, monkeypatch):
     """Still air's drag imitates a stream almost as well, now more of it, now less."""
     pool = pool_of(unknowns, {("wind",): 330.0, ("air_drag",): 300.0})
-    monkeypatch.setattr(
-        "sim1.mismatch.decide.overcounted", lambda fit, names=None: 10.0 if fit is pool[2].fit and not names else 1.0
-    )
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 10.0 if fit is pool[2].fit else 1.0)
     assert decide(pool, THRESHOLDS).chosen.terms == ("wind",)
     pool = pool_of(unknowns, {("adhesion", "wind"): 330.0, ("wind",): 300.0})
     assert decide(pool, THRESHOLDS).verdict == "none"
