@@ -1,7 +1,7 @@
 """One recording of a world: the markers' course, with and without the effects, and where the effects push."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -10,7 +10,7 @@ from benchmarks.concealed.case import Plan
 from benchmarks.concealed.cloth import Grid, grid_of
 from benchmarks.concealed.effects.effect import Effect
 from benchmarks.concealed.grips import Holds, Poses, commanded, hold
-from benchmarks.concealed.markers import Markers
+from benchmarks.concealed.markers import Markers, cubic_weights
 from benchmarks.concealed.motions.motion import DURATION_S
 from benchmarks.concealed.motions.tabletop import TABLE_M
 from benchmarks.concealed.setting import REFINE, Setting
@@ -60,10 +60,26 @@ class Stage:
     offsets_m: dict[str, np.ndarray]
     """(3,) per drive: from the robot's own point to the middle of the held cloth, in the drive's frame."""
 
+    @property
+    def refine(self) -> int:
+        """The grid against the bundle's mesh, per side."""
+        return (self.grid.columns - 1) // (self.setting.columns - 1)
+
+    @property
+    def spacing_m(self) -> tuple[float, float]:
+        """Of the bundle's mesh, along u and v."""
+        return self.refine * self.grid.du_m, self.refine * self.grid.dv_m
+
     def holds(self, plan: Plan) -> Holds:
         """Held vertices of one recording."""
         offsets = np.stack([self.offsets_m[block.drive] for block in plan.motion.blocks])
-        return hold(plan.motion, self.grid, REFINE, offsets)
+        return hold(plan.motion, self.grid, self.refine, offsets)
+
+    def coarser(self) -> "Stage":
+        """The same on the bundle's own mesh: several times as fast."""
+        setting = self.setting
+        grid = grid_of(setting.cloth, setting.columns, setting.rows, 1)
+        return replace(self, grid=grid, markers=replace(self.markers, weights=cubic_weights(grid, self.markers.uv_m)))
 
     def command(self, plan: Plan, times_s: np.ndarray) -> Poses:
         """What the robot is told."""
@@ -95,13 +111,13 @@ def _track(stage: Stage, holds: Holds, course: Course) -> Track:
     grid, markers = stage.grid, stage.markers
     places = np.einsum("mk,tik->tmi", markers.weights, course.x_m, optimize=True)
     area = np.where(grid.area_m2 > 0, grid.area_m2, 1)
-    near = nearby(grid, markers.uv_m)
+    near = nearby(grid, markers.uv_m, stage.spacing_m[0])
     if len(course.missing_n):
         density = np.linalg.norm(np.einsum("mk,tik->tmi", near, course.missing_n / area, optimize=True), axis=2)
     else:
         density = np.zeros(places.shape[:2])
     apart = np.linalg.norm(markers.uv_m[:, None] - grid.flat_uv_m[holds.vertices], axis=2)
-    fade = np.exp(-((apart / (3 * REFINE * grid.du_m)) ** 2))
+    fade = np.exp(-((apart / (3 * stage.spacing_m[0])) ** 2))
     shift = (np.linalg.norm(course.grip_shift_m, axis=2)[:, None] * fade).max(axis=2)
     return Track(
         course.times_s,
@@ -110,20 +126,20 @@ def _track(stage: Stage, holds: Holds, course: Course) -> Track:
         shift,
         course.grip_load_n,
         course.rest_speed_m_s,
-        nearest_m(grid, course.x_m[::50]),
+        nearest_m(grid, course.x_m[::50], max(stage.spacing_m)),
     )
 
 
-def nearby(grid: Grid, uv_m: np.ndarray) -> np.ndarray:
-    """(M, count) shares of the vertices around each marker, Gaussian with the width of the bundle's mesh."""
+def nearby(grid: Grid, uv_m: np.ndarray, width_m: float) -> np.ndarray:
+    """(M, count) shares of the vertices around each marker, Gaussian."""
     apart = np.linalg.norm(uv_m[:, None] - grid.flat_uv_m, axis=2)
-    share = np.exp(-((apart / (REFINE * grid.du_m)) ** 2)) * grid.area_m2
+    share = np.exp(-((apart / width_m) ** 2)) * grid.area_m2
     return share / share.sum(axis=1, keepdims=True)
 
 
-def nearest_m(grid: Grid, x_m: np.ndarray) -> float:
-    """Smallest distance of vertices that are three spacings of the bundle's mesh or more apart in the cloth."""
-    reach = 3 * REFINE * max(grid.du_m, grid.dv_m)
+def nearest_m(grid: Grid, x_m: np.ndarray, spacing_m: float) -> float:
+    """Smallest distance of vertices that are three spacings or more apart in the cloth."""
+    reach = 3 * spacing_m
     smallest = reach
     for x in x_m[:, :, grid.inside]:
         pairs = cKDTree(x.T).query_pairs(smallest, output_type="ndarray")

@@ -18,7 +18,7 @@ from benchmarks.concealed.film import Stage, Track, film, grid_for
 from benchmarks.concealed.markers import camera_noise, draw_markers, drop_outs
 from benchmarks.concealed.motions.motion import DURATION_S
 from benchmarks.concealed.setting import REFINE, draw_friction_prior, draw_prior
-from benchmarks.concealed.strength import Films, change_m, reported, tuned
+from benchmarks.concealed.strength import Films, moves_m, reported, rms, tuned
 
 HELD_OUT_KEEPS_S = 0.5
 TRUTH_HZ = 60.0
@@ -35,7 +35,7 @@ def make(case: Case, bundle: Path, answers: Path, held_out: Path | None = None) 
     stage = Stage(setting, grid, draw_markers(setting, grid, case.stream("markers")), _offsets(case))
     plan_list = [plan for plan in plans(case, setting) if held_out is not None or not plan.held_out]
     without: Films = {plan.name: film(stage, plan, []) for plan in plan_list}
-    effects, tracks = tuned(case, stage, plan_list, without)
+    effects, tracks, strengths = tuned(case, stage, plan_list, without)
     moved = [effect for effect in effects if not effect.measures_only]
     for plan in plan_list:
         if plan.name not in tracks:
@@ -48,7 +48,7 @@ def make(case: Case, bundle: Path, answers: Path, held_out: Path | None = None) 
             chosen = [takes[plan.name] for plan in plan_list if plan.held_out == wanted]
             until = HELD_OUT_KEEPS_S if wanted else np.inf
             _replace(folder, lambda place, c=chosen, u=until: write_bundle(place, stage, c, prior, friction, u))
-    document = _document(case, stage, plan_list, effects, without, tracks)
+    document = _document(case, stage, plan_list, effects, strengths, without, tracks)
     document["made_in_s"] = round(time.perf_counter() - started, 1)
     arrays = _arrays(plan_list, effects, without, tracks, takes)
     _replace(answers.with_suffix(".npz"), lambda place: _save(place, arrays))
@@ -73,10 +73,16 @@ def _take(case: Case, stage: Stage, plan: Plan, effects: Sequence[Effect], track
 
 
 def _document(
-    case: Case, stage: Stage, plan_list: Sequence[Plan], effects: Sequence[Effect], without: Films, tracks: Films
+    case: Case,
+    stage: Stage,
+    plan_list: Sequence[Plan],
+    effects: Sequence[Effect],
+    strengths: Sequence[float],
+    without: Films,
+    tracks: Films,
 ) -> dict:
     setting = stage.setting
-    change = {plan.name: change_m(effects, tracks[plan.name], without[plan.name]) for plan in plan_list}
+    change = {plan.name: rms(moves_m(effects, tracks[plan.name], without[plan.name])) for plan in plan_list}
     filmed = [change[plan.name] for plan in plan_list if not plan.held_out]
     return {
         "schema": "concealed.answers/1",
@@ -88,8 +94,9 @@ def _document(
                 "extras": effect.extras,
                 "formula": effect.formula,
                 "named_by_format": LIBRARY[effect.name].in_table,
+                "own_rms_m": strength * setting.noise_m,
             }
-            for effect in effects
+            for effect, strength in zip(effects, strengths, strict=True)
         ],
         "baseline": {
             **asdict(setting.cloth),

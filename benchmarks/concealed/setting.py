@@ -10,6 +10,12 @@ from benchmarks.concealed.cloth import Cloth
 REFINE = 2
 """The laboratory's mesh against the bundle's, per side."""
 
+DENSITY_STD_SHARE = 0.04
+POISSON_STD = 0.08
+LOG_STD = {"stretch_n_m": 0.5, "bending_n_m": 0.6, "damping_s": 0.7}
+FRICTION_STD = 0.12
+"""How far off the priors may be: what a data sheet knows."""
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -77,26 +83,33 @@ def draw_prior(setting: Setting, rng: np.random.Generator) -> dict[str, dict[str
     def off() -> float:
         return float(np.clip(rng.normal(), -1.8, 1.8))
 
-    def within(truth: float, log_std: float) -> dict[str, float]:
-        return {"value": _rounded(truth * np.exp(log_std * off())), "log_std": log_std}
+    def within(name: str) -> dict[str, float]:
+        log_std = LOG_STD[name]
+        return {"value": _rounded(getattr(cloth, name) * np.exp(log_std * off())), "log_std": log_std}
 
-    density_std = 0.04 * cloth.area_density_kg_m2
+    density_std = DENSITY_STD_SHARE * cloth.area_density_kg_m2
     return {
         "area_density_kg_m2": {
             "value": _rounded(cloth.area_density_kg_m2 + density_std * off()),
             "std": _rounded(density_std),
         },
         "thickness_m": {"value": cloth.thickness_m},
-        "stretch_n_m": within(cloth.stretch_n_m, 0.5),
-        "poisson": {"value": round(float(np.clip(cloth.poisson + 0.08 * off(), 0.05, 0.45)), 3), "std": 0.08},
-        "bending_n_m": within(cloth.bending_n_m, 0.6),
-        "damping_s": within(cloth.damping_s, 0.7),
+        "stretch_n_m": within("stretch_n_m"),
+        "poisson": {
+            "value": round(float(np.clip(cloth.poisson + POISSON_STD * off(), 0.05, 0.45)), 3),
+            "std": POISSON_STD,
+        },
+        "bending_n_m": within("bending_n_m"),
+        "damping_s": within("damping_s"),
     }
 
 
 def draw_friction_prior(setting: Setting, rng: np.random.Generator) -> dict[str, float]:
     """What the lab believes of the table."""
-    return {"value": round(float(np.clip(setting.friction + 0.12 * rng.normal(), 0.1, 0.9)), 3), "std": 0.12}
+    return {
+        "value": round(float(np.clip(setting.friction + FRICTION_STD * rng.normal(), 0.1, 0.9)), 3),
+        "std": FRICTION_STD,
+    }
 
 
 def _rounded(value: float) -> float:

@@ -8,7 +8,7 @@ from benchmarks.concealed.case import STRENGTHS, Case, Plan
 from benchmarks.concealed.effects.effect import Effect
 from benchmarks.concealed.effects.library import LIBRARY
 from benchmarks.concealed.film import Stage, Track, film
-from benchmarks.concealed.motions.motion import DURATION_S
+from benchmarks.concealed.imitation import CHECK_TIMES_S, Changes, imitations, own
 
 USUAL = {"weak": 0.3, "medium": 1.0, "strong": 2.5}
 """Amplitude to begin with."""
@@ -18,13 +18,14 @@ Films = dict[str, Track]
 """Tracks by the plan's name."""
 
 
-def change_m(effects: Sequence[Effect], with_them: Track, without: Track) -> float:
-    """Root mean square change of a marker's reported coordinate over one recording."""
-    moves = reported(effects, with_them, CHECK_TIMES_S) - reported([], without, CHECK_TIMES_S)
+def moves_m(effects: Sequence[Effect], with_them: Track, without: Track) -> np.ndarray:
+    """(F, M, 3) change of the markers' reported places over one recording."""
+    return reported(effects, with_them, CHECK_TIMES_S) - reported([], without, CHECK_TIMES_S)
+
+
+def rms(moves: np.ndarray) -> float:
+    """Root mean square over times, markers and coordinates."""
     return float(np.sqrt((moves**2).mean()))
-
-
-CHECK_TIMES_S = np.arange(0, DURATION_S, 0.01)
 
 
 def reported(effects: Sequence[Effect], track: Track, stamps_s: np.ndarray) -> np.ndarray:
@@ -42,28 +43,44 @@ def _observed(effect: Effect, sample: Callable[[np.ndarray], np.ndarray]) -> Cal
 
 def tuned(
     case: Case, stage: Stage, plan_list: Sequence[Plan], without: Films, tries: int = 6
-) -> tuple[list[Effect], Films]:
+) -> tuple[list[Effect], Films, list[float]]:
     """The case's effects, each as strong alone as the case asks, measured on the two motions out of three that show it best.
 
-    Also the tracks that were made with all of them on the way: those of a single effect.
+    Measured is what no fabric imitates. Also the tracks that were made with all of them on the way, those of a single effect, and
+    how strong each came out, in units of the noise.
     """
-    found = [_tuned(case, stage, plan_list, without, name, tries) for name in case.effects]
-    return [effect for effect, _ in found], found[0][1] if len(found) == 1 else {}
+    shown = {name: _shown(name, plan_list) for name in case.effects}
+    wanted = {plan.name: plan for plans in shown.values() for plan in plans}
+    imitated = imitations(stage, list(wanted.values())) if wanted else {}
+    found = [_tuned(case, stage, shown[name], without, imitated, name, tries) for name in case.effects]
+    films = found[0][1] if len(found) == 1 else {}
+    return [effect for effect, _, _ in found], films, [strength for _, _, strength in found]
+
+
+def _shown(name: str, plan_list: Sequence[Plan]) -> list[Plan]:
+    """Three motions that show an effect."""
+    filmed = [plan for plan in plan_list if not plan.held_out]
+    return ([plan for plan in filmed if plan.motion.name in LIBRARY[name].shown_by] or filmed)[:3]
 
 
 def _tuned(
-    case: Case, stage: Stage, plan_list: Sequence[Plan], without: Films, name: str, tries: int
-) -> tuple[Effect, Films]:
-    recipe = LIBRARY[name]
-    target = STRENGTHS[case.strength] * stage.setting.noise_m
-    filmed = [plan for plan in plan_list if not plan.held_out]
-    shown = ([plan for plan in filmed if plan.motion.name in recipe.shown_by] or filmed)[:3]
+    case: Case,
+    stage: Stage,
+    shown: Sequence[Plan],
+    without: Films,
+    imitated: dict[str, np.ndarray],
+    name: str,
+    tries: int,
+) -> tuple[Effect, Films, float]:
+    recipe, noise = LIBRARY[name], stage.setting.noise_m
 
-    def attempt(amplitude: float) -> tuple[float, tuple[Effect, Films]]:
+    def attempt(amplitude: float) -> tuple[float, tuple[Effect, Films, float]]:
         effect = recipe.draw(amplitude, case.stream(name), stage.setting)
         films = {p.name: without[p.name] if effect.measures_only else film(stage, p, [effect]) for p in shown}
-        change = [change_m([effect], films[p.name], without[p.name]) for p in shown]
-        return float(np.sqrt(np.mean(np.square(sorted(change)[-2:])))) / target, (effect, films)
+        changes: Changes = {p.name: moves_m([effect], films[p.name], without[p.name]) for p in shown}
+        left = sorted(map(rms, own(changes, imitated, noise).values()))[-2:]
+        strength = float(np.sqrt(np.mean(np.square(left)))) / noise
+        return strength / STRENGTHS[case.strength], (effect, films, strength)
 
     return nearest_to_one(attempt, USUAL[case.strength], recipe.amplitudes, tries)
 
