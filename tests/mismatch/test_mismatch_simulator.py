@@ -115,6 +115,40 @@ def test_a_bent_sheet_that_turns_as_a_whole_is_not_damped(bundle, world):
     assert abs(damping(turning)) < 1e-3 * damping(bending)
 
 
+def table_force_n(bundle, world, gap_m, speed_m_s=0.0):
+    """What holds a flat sheet back, (3,), that far above the table and sliding along x; residuals are what has to be overcome."""
+    scene = prepare(bundle, bundle.recordings[0], 1 / 60)
+    x = np.column_stack([scene.sheet.material_m, np.full(len(scene.start), gap_m)])
+    v = np.zeros_like(x)
+    v[:, 0] = speed_m_s
+    none = np.zeros((len(scene.net.first) - 1, 3))
+    free, target = np.zeros(len(scene.net.held), bool), np.zeros((len(scene.net.held), 3))
+    sides = []
+    for table_z_m in (0.0, None):
+        out, cloth = np.empty_like(x), pack(scene.sheet, [replace(world, table_z_m=table_z_m)])
+        residual(x, v, 0.0 * x, 1e-6, scene.net, cloth, 0, none, none, none, target, free, out)
+        sides.append(out.sum(0))
+    return sides[0] - sides[1]
+
+
+@pytest.mark.parametrize("reach", [5e-4, 2e-3])
+def test_adhesion_pulls_with_its_pressure_in_contact_and_fades_out_over_its_reach(bundle, world, reach):
+    clinging = replace(world, adhesion_pa=2.0, cling_m=reach, friction=0.4)
+    for gap, share in ((0.0, 1.0), (0.25 * reach, 0.75), (0.9 * reach, 0.1), (1.1 * reach, 0.0)):
+        assert table_force_n(bundle, clinging, gap)[2] == pytest.approx(share * 2.0 * SIDE_M**2, abs=1e-9)
+
+
+def test_what_sticks_beyond_sliding_friction_fades_by_the_stribeck_speed(bundle, world):
+    """mu N (1 + (ratio - 1) exp(-(v / speed)^2)), the last factor 1/e at the speed itself."""
+    sliding = replace(world, friction=0.4, stribeck_m_s=0.02)
+    for speed in (0.01, 0.02, 0.05):
+        plain, sticking = (
+            table_force_n(bundle, replace(sliding, stiction=ratio), -5e-5, speed)[0] for ratio in (1.0, 1.5)
+        )
+        assert plain == pytest.approx(0.4 * 3.0 * SIDE_M**2, rel=1e-3)  # 0.05 mm deep: 3 Pa
+        assert sticking / plain == pytest.approx(1.0 + 0.5 * np.exp(-((speed / 0.02) ** 2)), rel=1e-3)
+
+
 def test_one_round_is_enough_for_a_twin(bundle, world, monkeypatch):
     scene = prepare(bundle, bundle.recordings[1], 1 / 60, finer=1)
     twins = [part_of_the_way(world, name, value, 1e-4) for name, value in VARIED.items()]

@@ -4,13 +4,13 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from sim1.cloth.effects.coefficient import Coefficient
-from sim1.cloth.effects.effect import Effect
+from sim1.cloth.effects.effect import Effect, Site
 from sim1.cloth.precise.world import World
 
 
 @dataclass(frozen=True, kw_only=True)
 class StaticFriction(Effect):
-    """mu(v) = mu (1 + (ratio - 1) exp(-(v / 1 cm/s)^2))."""
+    """mu(v) = mu (1 + (ratio - 1) exp(-(v / stribeck_speed)^2))."""
 
     name: ClassVar[str] = "static_friction"
     signature: ClassVar[str] = "sticks to the table at first and then slides all at once"
@@ -18,13 +18,23 @@ class StaticFriction(Effect):
     typical: ClassVar[str] = "1.1 to 2"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="ratio", unit="1", scale=0.4, centre=1.0, low=1.0),
+        Coefficient(
+            name="stribeck_speed", unit="m/s", scale=0.7, kind="log", centre=0.01, low=0.001, high=0.3, shape=True
+        ),
     )
 
     ratio: float  # 1
+    stribeck_speed: float = 0.01  # m/s; sliding faster than this, nothing is left of it
 
     @classmethod
     def alter(cls, world: World, values: dict[str, float]) -> World:
         """The world with this effect; `values` by name of coefficient."""
-        return replace(world, stiction=values["ratio"])
+        return replace(world, stiction=values["ratio"], stribeck_m_s=values["stribeck_speed"])
+
+    @classmethod
+    def variants(cls, site: Site) -> list[dict[str, float]]:
+        """Gone as soon as anything slides, and only well after."""
+        del site
+        return [{"stribeck_speed": start} for start in (0.006, 0.02, 0.06)]
 
     on_table: ClassVar[bool] = True

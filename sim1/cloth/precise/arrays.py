@@ -60,7 +60,9 @@ Cloth = namedtuple(
     FRICTION_X,
     FRICTION_Y,
     STICTION,
+    STRIBECK,
     ADHESION,
+    CLING,
     HYSTERESIS,
     TURN_CURVATURE,
     YIELD,
@@ -71,5 +73,5 @@ Cloth = namedtuple(
     STIFFENING,
     PULL_STIFFNESS,
     PULL_DAMPING,
-) = range(25)
-SCALARS = 25
+) = range(27)
+SCALARS = 27

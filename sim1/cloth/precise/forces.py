@@ -14,6 +14,7 @@ from sim1.cloth.precise.arrays import (
     ADHESION,
     AIR_NORMAL,
     AIR_SKIN,
+    CLING,
     COMPLIANCE,
     DAMPING,
     FRICTION_X,
@@ -22,6 +23,7 @@ from sim1.cloth.precise.arrays import (
     HYSTERESIS,
     STICTION,
     STIFFENING,
+    STRIBECK,
     TABLE_Z,
     TURN_CURVATURE,
     WIND_X,
@@ -31,8 +33,6 @@ from sim1.cloth.precise.jaws import GRIP_M_N, grip_count, grip_loads
 FLAGS = {"contract", "reassoc", "nsz", "arcp"}
 OWN_SHARE = 0.3  # of the membrane's energy by each face's own strain; the rest by means, which alone are too soft where strain concentrates
 CONTACT_N_M3 = 6e4  # pressure per depth: cloth of 0.3 kg/m^2 sinks 0.05 mm into the table
-CLING_M = 5e-4  # adhesion fades out over this gap
-STRIBECK_M_S = 0.01  # sliding faster than this, nothing is left of stiction
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
@@ -223,16 +223,16 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
     if not np.isnan(s[TABLE_Z]):
         for i in range(len(x)):
             gap = x[i, 2] - s[TABLE_Z]
-            if gap < CLING_M:
+            if gap < s[CLING]:
                 press = max(-gap, 0.0) * CONTACT_N_M3 * vertex_area[i]
-                cling = s[ADHESION] * vertex_area[i] * min(1.0, 1.0 - gap / CLING_M)
+                cling = s[ADHESION] * vertex_area[i] * min(1.0, 1.0 - gap / s[CLING])
                 out[i, 2] -= press - cling
                 if press > 0.0:
                     vx, vy = v[i, 0], v[i, 1]
                     square = vx * vx + vy * vy
                     grow = press / np.sqrt(square + sliding * sliding)
                     if s[STICTION] != 1.0:
-                        grow *= 1.0 + (s[STICTION] - 1.0) * np.exp(-square / STRIBECK_M_S**2)
+                        grow *= 1.0 + (s[STICTION] - 1.0) * np.exp(-square / s[STRIBECK] ** 2)
                     out[i, 0] += s[FRICTION_X] * grow * vx
                     out[i, 1] += s[FRICTION_Y] * grow * vy
     load = np.empty((grip_count(net), 3))

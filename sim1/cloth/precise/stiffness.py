@@ -17,6 +17,7 @@ from sim1.cloth.precise.arrays import (
     HYSTERESIS,
     STICTION,
     STIFFENING,
+    STRIBECK,
     TABLE_Z,
     TURN_CURVATURE,
     WIND_X,
@@ -25,7 +26,6 @@ from sim1.cloth.precise.forces import (
     CONTACT_N_M3,
     FLAGS,
     OWN_SHARE,
-    STRIBECK_M_S,
     normal_of,
     stress_of,
     workspace_of,
@@ -276,7 +276,7 @@ def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, he
                 square = v[i, 0] * v[i, 0] + v[i, 1] * v[i, 1]
                 grow = press / np.sqrt(square + sliding * sliding) * rate
                 if s[STICTION] != 1.0:
-                    grow *= 1.0 + (s[STICTION] - 1.0) * np.exp(-square / STRIBECK_M_S**2)
+                    grow *= 1.0 + (s[STICTION] - 1.0) * np.exp(-square / s[STRIBECK] ** 2)
                 band[3 * i, 0] += s[FRICTION_X] * grow
                 band[3 * i + 1, 0] += s[FRICTION_Y] * grow
     for h in range(len(net.held)):

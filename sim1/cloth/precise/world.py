@@ -52,8 +52,10 @@ class World:
     stiff_patch: tuple[float, float, float, float] = (0.0, 0.0, 0.05, 1.0)  # centre u, v [m], radius [m], factor
     heavy_patch: tuple[float, float, float] = (0.0, 0.0, 0.0)  # centre u, v [m], mass [kg]
     stiction: float = 1.0  # static over sliding friction
+    stribeck_m_s: float = 0.01  # sliding faster than this, nothing is left of stiction
     friction_ratio: float = 1.0  # along x over along y, geometric mean kept
     adhesion_pa: float = 0.0
+    cling_m: float = 5e-4  # gap over which adhesion fades out
     slip_threshold_n: float = NEVER
     slip_rate_m_n_s: float = 0.0
     compliance_m_n: float = 0.0  # of each grip as a whole
@@ -121,8 +123,8 @@ def _row(sheet: Sheet, world: World, clamped: np.ndarray | None, rim: np.ndarray
     s[arrays.ADDED_MASS] = world.added_mass_kg_m2
     s[arrays.TABLE_Z] = np.nan if world.table_z_m is None else world.table_z_m
     s[arrays.FRICTION_X], s[arrays.FRICTION_Y] = world.friction * root, world.friction / root
-    s[arrays.STICTION] = world.stiction
-    s[arrays.ADHESION] = world.adhesion_pa
+    s[arrays.STICTION], s[arrays.STRIBECK] = world.stiction, world.stribeck_m_s
+    s[arrays.ADHESION], s[arrays.CLING] = world.adhesion_pa, world.cling_m
     s[arrays.HYSTERESIS], s[arrays.TURN_CURVATURE] = world.hysteresis_n, world.turn_1_m
     s[arrays.YIELD], s[arrays.RETAINED] = world.yield_1_m, world.retained
     s[arrays.COMPLIANCE] = world.compliance_m_n
