@@ -37,10 +37,11 @@ def prove(
     ] = False,
     calibrate: Annotated[
         bool,
-        typer.Option(
-            "--calibrate", help="Threshold of a name from the cases with nothing concealed: DIR/thresholds.yaml."
-        ),
+        typer.Option("--calibrate", help="Thresholds from the cases with nothing concealed: DIR/thresholds.yaml."),
     ] = False,
+    beside: Annotated[
+        list[Path] | None, typer.Option("--with", help="For --calibrate: another campaign whose cases count too.")
+    ] = None,
     report: Annotated[bool, typer.Option("--report", help="Score again and rewrite the page, no more.")] = False,
 ) -> None:
     """Prove on concealed cases what `sim1 diagnose` can do. A killed campaign goes on where it was."""
@@ -76,7 +77,7 @@ def prove(
                 ask_baselines(Files(root), found.outcomes, _say)
                 found = rewrite(Files(root))
             if calibrate:
-                _calibrate(root / "thresholds.yaml", found.outcomes)
+                _calibrate(root / "thresholds.yaml", found, [rewrite(Files(other.resolve())) for other in beside or ()])
     except BadInput as error:
         stop(str(error))
     except Taken as taken:
@@ -93,15 +94,16 @@ def prove(
     )
 
 
-def _calibrate(path: Path, outcomes) -> None:
+def _calibrate(path: Path, found, others) -> None:
     from sim1.proof.calibrate import calibrated, write_thresholds
 
-    measured = calibrated(outcomes)
+    measured = calibrated([outcome for proof in (found, *others) for outcome in proof.outcomes])
     write_thresholds(path, measured)
     low, high = measured.named_ci95
     _say(
-        f"a name needs {measured.named:g} nats ({len(measured.nulls)} cases with nothing concealed; {measured.level:.0%} of such "
-        f"would exceed {low:g} to {high:g}): {path}; in force as sim1/mismatch/thresholds.yaml"
+        f"a name needs {measured.named:g} nats [{low:g}, {high:g}], a misfit counts from {measured.misfit:g}, in one recording from "
+        f"{measured.misfit_alone:g}: {len(measured.nulls)} cases with nothing concealed, of which {measured.level:.0%} may exceed any of "
+        f"the three: {path}; in force as sim1/mismatch/thresholds.yaml"
     )
 
 

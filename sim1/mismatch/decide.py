@@ -62,8 +62,12 @@ def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> 
 
 def exceeds(fit: Fit, thresholds: Thresholds) -> bool:
     """Whether a model leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too."""
-    alone = max(mean_square(fit, (name,)) for name in fit.names)
-    return mean_square(fit) >= thresholds.misfit or alone >= thresholds.misfit_alone
+    return mean_square(fit) >= thresholds.misfit or worst(fit) >= thresholds.misfit_alone
+
+
+def worst(fit: Fit) -> float:
+    """Mean squared residual of the recording with the largest."""
+    return max(mean_square(fit, (name,)) for name in fit.names)
 
 
 def _gross(null: Fit, name: str) -> float:

@@ -6,7 +6,7 @@ from pathlib import Path
 from sim1.data_file import read_data_file
 from sim1.stage import stage_config
 
-SCHEMA = "sim1.thresholds/2"
+SCHEMA = "sim1.thresholds/3"
 FILE = Path(__file__).with_name("thresholds.yaml")
 
 
@@ -16,6 +16,8 @@ class Null:
 
     seed: int  # of the laboratory
     worth: float  # nats of the best single effect over the baseline (`decide.worth`); 0 where none promised anything
+    misfit: float  # mean squared residual of the baseline, in units of its variance
+    misfit_alone: float  # the same of the recording with the largest
 
 
 @stage_config
@@ -24,7 +26,9 @@ class Measured:
 
     named: float  # that an effect must be worth over the baseline, nats
     named_ci95: tuple[float, float]  # of what the level asks for, by resampling the bundles
-    level: float  # share of bundles with nothing missing that may be given a name
+    misfit: float  # from which something is missing
+    misfit_alone: float  # the same of one recording
+    level: float  # share of bundles with nothing missing that may exceed any of these
     code_sha256: str  # of the code that diagnosed them
     nulls: tuple[Null, ...]
 
@@ -35,24 +39,28 @@ class Thresholds:
 
     named: float  # that an effect must be worth over the baseline
     second: float  # that another must be worth beside the first
+    misfit: float  # mean squared residual, in units of its variance, from which something is missing
+    misfit_alone: float  # the same of one recording
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
-    misfit: float = 1.2  # mean squared residual, in units of its variance, from which something is missing; 0.85 to 1.08 in eleven nulls
-    misfit_alone: float = (
-        1.5  # the same of one recording; at most 1.32 in 56 of which nothing was missing, or all was named
-    )
     explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
     left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
     significance: float = 0.01  # of the test that a named effect's strength is not nothing
     steady: float = 4.0  # times that a named effect's evidence may count the same error
-    nulls: int = 0  # bundles with nothing missing that `named` rests on
+    nulls: int = 0  # bundles with nothing missing that the first four rest on
 
 
 def read_thresholds(path: Path) -> Thresholds:
-    """A name and a second one ask for what the file has measured; raises BadInput."""
+    """A name, a second one and an excess ask for what the file has measured; raises BadInput."""
     measured = read_data_file(path, Measured, SCHEMA)
-    return Thresholds(named=measured.named, second=measured.named, nulls=len(measured.nulls))
+    return Thresholds(
+        named=measured.named,
+        second=measured.named,
+        misfit=measured.misfit,
+        misfit_alone=measured.misfit_alone,
+        nulls=len(measured.nulls),
+    )
 
 
 THRESHOLDS = read_thresholds(FILE)

@@ -1,4 +1,4 @@
-"""The threshold of a name, from cases in which nothing was concealed: how much the best effect gains there by chance."""
+"""When a difference counts, from cases in which nothing was concealed: what the best effect gains and a baseline leaves there by chance."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -12,16 +12,18 @@ from sim1.mismatch.thresholds import SCHEMA, Measured, Null
 from sim1.proof.score import BASELINE, JOINT, Outcome
 from sim1.stage import BadInput, random_stream
 
-LEVEL = 0.05  # share of bundles with nothing missing that may be given a name
+LEVEL = 0.05  # share of bundles with nothing missing that may exceed any of the thresholds, which share it evenly
+THRESHOLDS = 3
 LEAST = 10  # such bundles; fewer say nothing about one in twenty
-ROUND = 5.0  # nats, upwards
-RESAMPLES = 400
+ROUND, ROUND_MISFIT = 5.0, 0.05  # upwards; nats, and mean squares
+RESAMPLES = 200
 
 
 def calibrated(outcomes: Sequence[Outcome]) -> Measured:
-    """The worth that the best of all effects exceeds by chance in `LEVEL` of the bundles, and at least the largest one seen.
+    """What the best of all effects is worth and a baseline leaves by chance but for `LEVEL` of the bundles.
 
-    The best of many is Gumbel distributed. Bundles in which no effect promised anything are known to lie at 0 or below.
+    The best of many is Gumbel distributed, and so is what the worst simulated of some motions leaves. Bundles in which no effect promised
+    anything are known to lie at 0 or below. No bundle seen would be given a name; a nearly chaotic one may be called unknown.
 
     Raises:
         BadInput: too few cases with nothing concealed, or diagnosed by different code.
@@ -38,14 +40,28 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
     stream = random_stream(0, "calibration")
     again = [level_of(stream.choice(worths, len(worths))) for _ in range(RESAMPLES)]
     low, high = np.quantile(again, [0.025, 0.975])
-    wanted = max(level_of(worths), worths.max())
     return Measured(
-        named=float(ROUND * np.ceil(wanted / ROUND)),
+        named=_above(max(level_of(worths), worths.max()), ROUND),
         named_ci95=(round(float(low), 1), round(float(high), 1)),
+        misfit=_above(level_of(np.array([one.found.misfit[0] for one in nulls])), ROUND_MISFIT),
+        misfit_alone=_above(level_of(np.array([one.found.misfit_alone for one in nulls])), ROUND_MISFIT),
         level=LEVEL,
         code_sha256=codes[0],
-        nulls=tuple(Null(seed=o.seed, worth=round(float(worth), 1)) for o, worth in zip(nulls, worths, strict=True)),
+        nulls=tuple(
+            Null(
+                seed=one.seed,
+                worth=round(float(worth), 1),
+                misfit=round(one.found.misfit[0], 3),
+                misfit_alone=round(one.found.misfit_alone, 3),
+            )
+            for one, worth in zip(nulls, worths, strict=True)
+        ),
     )
+
+
+def _above(value: float, step: float) -> float:
+    """The next multiple of `step`."""
+    return round(float(step * np.ceil(value / step)), 6)
 
 
 def largest(worths: dict[str, float]) -> float:
@@ -54,12 +70,12 @@ def largest(worths: dict[str, float]) -> float:
 
 
 def level_of(gains: np.ndarray) -> float:
-    """What is exceeded in `LEVEL` of the cases, by a Gumbel distribution of most likelihood; 0 where nothing ever gained."""
+    """What is exceeded in a third of `LEVEL` of the cases, by a Gumbel distribution of most likelihood; 0 where nothing ever gained."""
     seen, none = gains[gains > 0], gains[gains <= 0]
     if len(np.unique(seen)) < 2:
         return float(gains.max())
     place, spread = gumbel_r.fit(CensoredData(uncensored=seen, left=none))
-    return float(gumbel_r.ppf(1 - LEVEL, place, spread))
+    return float(gumbel_r.ppf(1 - LEVEL / THRESHOLDS, place, spread))
 
 
 def write_thresholds(path: Path, measured: Measured) -> None:

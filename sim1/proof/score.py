@@ -48,6 +48,7 @@ class Found(Strict):
     effects: dict[str, dict[str, Number]]  # of the verdict
     fabric: dict[str, Number]
     misfit: tuple[float, float]  # baseline, chosen: mean squared residual in units of noise and mesh error
+    misfit_alone: float  # of the baseline, in the recording with the largest
     fit_mm: tuple[float, float]  # rmse before and after what was added, from rest and drives alone
     heldout_mm: tuple[float, float]
     place_auc: float | None  # None: force was concealed nowhere or everywhere
@@ -237,6 +238,7 @@ def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found
             if p.ci95 is not None and name in answers.baseline
         },
         misfit=(summary.misfit.baseline, summary.misfit.chosen),
+        misfit_alone=summary.misfit.alone,
         fit_mm=(1e3 * before.fit, 1e3 * after.fit),
         heldout_mm=(1e3 * before.heldout, 1e3 * after.heldout),
         place_auc=auc,
