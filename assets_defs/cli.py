@@ -80,7 +80,7 @@ def status(profile: Profile = None, as_json: AsJson = False) -> None:
 
 @app.command()
 def audit(
-    asset: Annotated[str, typer.Argument(help="STAGE, STAGE/GARMENT or VARIANT/STAGE[/GARMENT].")],
+    asset: Annotated[str, typer.Argument(help="STAGE or STAGE/GARMENT; of a variant VARIANT/STAGE or VARIANT/STAGE/GARMENT.")],
     against: Annotated[str | None, typer.Option(help="Variant to compare with.")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -101,7 +101,7 @@ def clean(
     select: Annotated[list[str] | None, typer.Option(help="Only this stage's artifacts (repeatable).")] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
 ) -> None:
-    """Remove leftovers of interrupted and rejected runs; with options, artifacts."""
+    """Remove leftovers, and artifacts of garments and variants that are no more (asks first); with options, others."""
     home, graph = open_home(None)
     from assets_defs._clean import clean as remove
     from assets_defs._clean import doomed

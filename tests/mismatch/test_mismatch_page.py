@@ -1,0 +1,29 @@
+"""What the page about the diagnosis says of effects and thresholds is what the code has."""
+
+import pytest
+
+from pipeline.home import REPOSITORY
+from sim1.cloth.effects import EFFECTS
+from sim1.mismatch.thresholds import THRESHOLDS
+
+PAGE = (REPOSITORY / "docs" / "mismatch.md").read_text()
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_stands_in_the_table_with_how_it_shows(name):
+    assert f"| `{name}` | {EFFECTS[name].signature} | {EFFECTS[name].typical} |" in PAGE
+
+
+def test_thresholds_are_those_in_force():
+    asked = THRESHOLDS
+    for said in (
+        f"a model is worth {asked.named:g} nats",
+        f"misfit is {asked.misfit:g} or more, or {asked.misfit_alone:g} in one recording",
+        f"adds {asked.second:g} to what the other is worth",
+        f"more than {asked.steady:g} times",
+        f"within {asked.margin:g} nats or {asked.margin_share:.1%} of its gain".replace("%", " %"),
+        f"a mean square of {asked.left:g} at most",
+        f"less {asked.per_term:g} for each effect",
+        f"measured on {asked.nulls} virtual bundles",
+    ):
+        assert said in PAGE, said
