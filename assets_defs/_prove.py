@@ -103,7 +103,7 @@ def _calibrate(path: Path, found, others) -> None:
     _say(
         f"a name needs {measured.named:g} nats [{low:g}, {high:g}], a misfit counts from {measured.misfit:g}, in one recording from "
         f"{measured.misfit_alone:g}: {len(measured.nulls)} cases with nothing concealed, of which {measured.level:.0%} may exceed any of "
-        f"the three: {path}; in force as sim1/mismatch/thresholds.yaml"
+        f"the four: {path}; in force as sim1/mismatch/thresholds.yaml"
     )
 
 

@@ -80,7 +80,9 @@ def status(profile: Profile = None, as_json: AsJson = False) -> None:
 
 @app.command()
 def audit(
-    asset: Annotated[str, typer.Argument(help="STAGE or STAGE/GARMENT; of a variant VARIANT/STAGE or VARIANT/STAGE/GARMENT.")],
+    asset: Annotated[
+        str, typer.Argument(help="STAGE or STAGE/GARMENT; of a variant VARIANT/STAGE or VARIANT/STAGE/GARMENT.")
+    ],
     against: Annotated[str | None, typer.Option(help="Variant to compare with.")] = None,
     as_json: AsJson = False,
 ) -> None:

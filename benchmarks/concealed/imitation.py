@@ -62,8 +62,7 @@ class Unknown:
 
 
 def imitations(stage: Stage, plan_list: Sequence[Plan]) -> dict[str, np.ndarray]:
-    """By plan: (F, M, 3, P) what each unknown moves the markers by, per spread; on the bundle's own mesh, a film for each."""
-    stage = stage.coarser()
+    """By plan: (F, M, 3, P) what each unknown moves the markers by, per spread; a film for each."""
     without = {plan.name: seen(film(stage, plan, [])) for plan in plan_list}
     columns: dict[str, list[np.ndarray]] = {plan.name: [] for plan in plan_list}
     for unknown in unknowns(stage.setting, plan_list):

@@ -10,7 +10,7 @@ from sim1.mismatch.afar import from_afar
 from sim1.mismatch.decide import best_of, gain_of, null_of, rating, rivals_of
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
-from sim1.mismatch.models import Model, calibrate, extended, judged, widened
+from sim1.mismatch.models import Model, calibrate, extended, judged, widened, without
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import Unknowns
 from sim1.mismatch.thresholds import Thresholds
@@ -103,9 +103,13 @@ def sharpened(engine: Engine, found: Contest, names: tuple[str, ...], thresholds
         most = AGAIN if close else 0
         again = fit(engine, model.fit.unknowns, model.fit.z, names, temper=found.temper, most=most, given=given)
         pool.append(judged(again, found.temper, model.variants))
-    pool = simplified(engine, pool, thresholds, names)
-    temper = temper_of(engine, best_of(pool, thresholds).fit.residuals, names)
-    return replace(found, pool=[judged(model.fit, temper, model.variants) for model in pool], temper=temper)
+    return _tempered(engine, replace(found, pool=simplified(engine, pool, thresholds, names)), names, thresholds)
+
+
+def _tempered(engine: Engine, found: Contest, names: tuple[str, ...], thresholds: Thresholds) -> Contest:
+    """The same models by the temper of what the best one leaves: what it explains makes no neighbours alike any more."""
+    temper = temper_of(engine, best_of(found.pool, thresholds).fit.residuals, names)
+    return replace(found, pool=[judged(model.fit, temper, model.variants) for model in found.pool], temper=temper)
 
 
 def with_a_second(
@@ -133,8 +137,18 @@ def with_a_second(
         )
         pairs += tried.models
         lost += tried.lost
-    pool = simplified(engine, _best_of_each((*found.pool, *pairs)), thresholds, names)
-    return replace(found, pool=pool, lost=(*found.lost, *lost))
+    pool = with_parts(engine, _best_of_each((*found.pool, *pairs)), thresholds, names)
+    pool = simplified(engine, pool, thresholds, names)
+    return _tempered(engine, replace(found, pool=pool, lost=(*found.lost, *lost)), names, thresholds)
+
+
+def with_parts(engine: Engine, pool: list[Model], thresholds: Thresholds, names: tuple[str, ...]) -> list[Model]:
+    """The pool with every single effect of the best pair: what each adds to the other is asked of both."""
+    best, there = best_of(pool, thresholds), {model.terms for model in pool}
+    if len(best.terms) < 2 or engine.patience.over:
+        return pool
+    parts = [without(engine, best, term, names) for term in range(len(best.terms))]
+    return [*pool, *(part for part in parts if part is not None and part.terms not in there)]
 
 
 def simplified(engine: Engine, pool: list[Model], thresholds: Thresholds, names: tuple[str, ...]) -> list[Model]:

@@ -8,7 +8,7 @@ from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.fit import Fit, cost_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
-from sim1.mismatch.uncertainty import established, overcounted
+from sim1.mismatch.uncertainty import established, overcounted, unsteadiness
 
 # By effects: nats by which motion held out is less likely with a model than with the baseline; below 0: more likely.
 type Against = dict[tuple[str, ...], float]
@@ -50,8 +50,19 @@ def gain_of(pool: list[Model], model: Model, thresholds: Thresholds) -> float:
 
 def worth(pool: list[Model], model: Model, thresholds: Thresholds) -> float:
     """What a model gains over the baseline where evidence that counts the same error again and again counts it once, nats."""
-    gain = gain_of(pool, model, thresholds)
-    return gain / overcounted(model.fit, null_of(pool).fit) if gain > 0.0 else gain
+    return worth_over(null_of(pool), model, thresholds)
+
+
+def worth_over(base: Model, model: Model, thresholds: Thresholds, against: float = 0.0) -> float:
+    """What a model gains over another, nats; `against`: by how much motion held out speaks for the other.
+
+    Only likelihood is counted too often. What an effect costs, and what it gains as the fabric need not leave its priors, is not.
+    """
+    gain = rating(base, thresholds) - rating(model, thresholds)
+    costs = [cost_of(fit.residuals, fit.names, fit.temper) for fit in (base.fit, model.fit)]
+    likelihood = costs[0] - costs[1]
+    rest, counted = gain - likelihood, likelihood - against
+    return rest + (counted / overcounted(model.fit, base.fit) if counted > 0.0 else counted)
 
 
 def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> float:
@@ -63,6 +74,20 @@ def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> 
 def exceeds(fit: Fit, thresholds: Thresholds) -> bool:
     """Whether a model leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too."""
     return mean_square(fit) >= thresholds.misfit or worst(fit) >= thresholds.misfit_alone
+
+
+def stands_out(pool: list[Model], thresholds: Thresholds) -> bool:
+    """Whether some model gains more than any does where nothing is missing, however often it counts one error.
+
+    What pushes otherwise than any effect of the table makes several of them gain, each now more, now less of itself.
+    """
+    most = gain_of(pool, best_of(pool, thresholds), thresholds)
+    return most >= (thresholds.gain_table if on_table(null_of(pool).fit) else thresholds.gain)
+
+
+def on_table(fit: Fit) -> bool:
+    """Whether cloth could lie on a table."""
+    return fit.unknowns.base.table_z_m is not None
 
 
 def worst(fit: Fit) -> float:
@@ -114,7 +139,8 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     are there is known, however much else is.
     """
     null = null_of(pool)
-    before, missing = mean_square(null.fit), exceeds(null.fit, thresholds)
+    before = mean_square(null.fit)
+    missing = exceeds(null.fit, thresholds) or stands_out(pool, thresholds)
     standing = [model for model in pool if model.terms and worth([null], model, thresholds) >= thresholds.named]
     if not _leader(pool, standing, thresholds):
         return _unchanged("unknown" if missing else "none", null, before)
@@ -153,6 +179,34 @@ def rivals_of(pool: list[Model], best: Model, thresholds: Thresholds) -> tuple[M
     )
 
 
+def doubtful(decision: Decision, pool: list[Model], thresholds: Thresholds) -> Model | None:
+    """The best model with one effect more than was chosen that adds nearly enough: motion held out is asked whether it does."""
+    if not decision.chosen.terms or decision.rivals:
+        return None
+    least = thresholds.doubtful * thresholds.second
+    more = [one for one in pool if set(decision.chosen.terms) < set(one.terms)]
+    more = [one for one in more if worth_over(decision.chosen, one, thresholds) >= least]
+    return best_of(more, thresholds) if more else None
+
+
+def with_doubtful(decision: Decision, more: Model | None, against: Against, thresholds: Thresholds) -> Decision:
+    """The decision for the model with one effect more, if with what motion held out says it adds enough and stands."""
+    if more is None:
+        return decision
+    said = against[more.terms] - against[decision.chosen.terms]
+    if worth_over(decision.chosen, more, thresholds, said) < thresholds.second:
+        return decision
+    if not _steady(decision.null, more, thresholds, frozenset()):
+        return decision
+    return Decision(
+        verdict="named",
+        null=decision.null,
+        chosen=more,
+        rivals=(),
+        misfit={"baseline": decision.misfit["baseline"], "chosen": mean_square(more.fit)},
+    )
+
+
 def borne_out(
     decision: Decision,
     pool: list[Model],
@@ -170,12 +224,11 @@ def borne_out(
         return decision
 
     for part in sorted(parts_of(pool, best), key=lambda model: rating(model, thresholds)):
-        names, gain = set(best.terms) - set(part.terms), gain_of([null], part, thresholds)
-        added = gain_of([null], best, thresholds) - gain - (against[best.terms] - against[part.terms])
-        if names and added / overcounted(best.fit, part.fit) < thresholds.second:
+        said = against[best.terms] - against[part.terms]
+        if set(part.terms) < set(best.terms) and worth_over(part, best, thresholds, said) < thresholds.second:
             best = part
-    gain = gain_of([null], best, thresholds) - max(against[best.terms], 0.0)
-    if gain / overcounted(best.fit, null.fit) < thresholds.named or not _steady(null, best, thresholds, measured):
+    kept = worth_over(null, best, thresholds, max(against[best.terms], 0.0)) >= thresholds.named
+    if not kept or not _steady(null, best, thresholds, measured):
         return _unchanged("unknown", null, decision.misfit["baseline"])
     if best is decision.chosen:
         return decision
@@ -196,10 +249,15 @@ def parts_of(pool: list[Model], model: Model) -> list[Model]:
 def _steady(null: Model, model: Model, thresholds: Thresholds, measured: frozenset[str]) -> bool:
     """Whether recordings agree that a model's effects are there, and from second to second on how strong they are.
 
-    What imitates something else is asked for now more, now less than the fit has of it. Beside a delay that was measured much else may
-    be missing.
+    What imitates something else is asked for now more, now less than the fit has of it: by nearly all of itself. A right effect whose
+    formula is a little off counts that error often where it is strong, and differs by little. Beside a delay that was measured much else
+    may be missing.
     """
-    steady = overcounted(model.fit, null.fit) <= thresholds.steady or set(model.terms) <= measured
+    steady = (
+        set(model.terms) <= measured
+        or overcounted(model.fit, null.fit) <= thresholds.steady
+        or unsteadiness(model.fit, null.fit) <= thresholds.unsteady
+    )
     return steady and established(model.fit, thresholds.significance)
 
 
@@ -211,20 +269,25 @@ def _unchanged(verdict: str, null: Model, misfit: float) -> Decision:
 def _leader(pool: list[Model], standing: list[Model], thresholds: Thresholds) -> Model | None:
     """The best of those that stand, or a simpler one within its reach; None where that is a part of it that does not stand.
 
-    Two that gain a little each are no name, however much together. Simpler is what has fewer effects, or is of a family that the best
-    one's contains.
+    Two that gain a little each are no name, however much together. Simpler is what has some of its effects, the best of all that have
+    fewer, or what is of a family that the best one's contains.
     """
     if not standing:
         return None
     best = best_of(standing, thresholds)
-    top = gain_of(pool, best, thresholds)
-    for model in sorted(pool, key=lambda model: rating(model, thresholds)):
-        gain, stands = gain_of(pool, model, thresholds), _among(model, standing)
-        simpler = len(model.terms) < len(best.terms) or _contained(model.terms, best.terms)
-        added = (top - gain) / overcounted(best.fit, model.fit)
-        if (model.terms and simpler and added < thresholds.second) and (stands or set(model.terms) < set(best.terms)):
-            best, top = model, gain
+    while (simpler := _simpler(pool, standing, best, thresholds)) is not None:
+        best = simpler
     return best if _among(best, standing) else None
+
+
+def _simpler(pool: list[Model], standing: list[Model], best: Model, thresholds: Thresholds) -> Model | None:
+    """The best simpler model to which `best` adds too little."""
+    fewer = [model for model in standing if len(model.terms) < len(best.terms)]
+    rest = [model for model in pool if model.terms and set(model.terms) < set(best.terms)]
+    rest += [model for model in standing if _contained(model.terms, best.terms)]
+    rest += [best_of(fewer, thresholds)] if fewer else []
+    within = [model for model in rest if worth_over(model, best, thresholds) < thresholds.second]
+    return best_of(within, thresholds) if within else None
 
 
 def _among(model: Model, models: list[Model]) -> bool:

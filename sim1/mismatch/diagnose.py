@@ -7,7 +7,7 @@ import numpy as np
 
 from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.contest import contest
-from sim1.mismatch.decide import borne_out, decide, parts_of, rating
+from sim1.mismatch.decide import borne_out, decide, doubtful, parts_of, rating, with_doubtful
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Tempers
 from sim1.mismatch.foretold import foretold_by, nats_against
@@ -82,12 +82,14 @@ def _diagnose(
     decision = decide(found.pool, thresholds, delays)
     progress(0.8, "checking on motion held out")
     foretold = {"baseline": foretold_by(engine, decision.null, engine.names)}
-    named = decision.chosen
+    named, more = decision.chosen, None if stopped else doubtful(decision, found.pool, thresholds)
     told = {(): {name: foretold["baseline"][name] for name in heldout}}  # by effects
-    parts = [] if stopped else parts_of(found.pool, named)
-    asked = [named, *parts] if named.terms else []
+    parts = [] if stopped else parts_of(found.pool, more or named)
+    asked = [one for one in (more, *parts) if one is not None and one is not named]
+    asked = [named, *asked] if named.terms else []
     told |= {model.terms: foretold_by(engine, model, heldout) for model in asked}
     against = nats_against(engine, decision.null, asked, told, heldout)
+    decision = with_doubtful(decision, more, against, thresholds)
     decision = borne_out(decision, parts, against, thresholds, delays)
     foretold["augmented"] = foretold["baseline"]
     if decision.chosen.terms:

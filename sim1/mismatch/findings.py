@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.physics import write_physics
-from sim1.mismatch.decide import mean_square, rating, worst, worth
+from sim1.mismatch.decide import mean_square, on_table, rating, worst, worth
 from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
@@ -227,7 +227,12 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
             "withdrawn": found.withdrawn,
             "converged": _settled(found),
             "creep_m": found.creep_m,
-            "misfit": {**found.misfit, "limit": thresholds.misfit, "alone": worst(found.baseline.fit)},
+            "misfit": {
+                **found.misfit,
+                "limit": thresholds.misfit,
+                "alone": worst(found.baseline.fit),
+                "table": on_table(found.baseline.fit),
+            },
             "prices": {name: getattr(thresholds, name) for name in Prices.model_fields},
             "ranking": [
                 {

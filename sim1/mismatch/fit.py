@@ -30,6 +30,14 @@ def weights(residual: np.ndarray) -> np.ndarray:
     return (FREEDOM + 1) / (FREEDOM + residual**2)
 
 
+def secant_weights(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Weights w of the least squares that change by as much from one residual to another: loss(a) - loss(b) = w (a^2 - b^2) / 2."""
+    ratio = (before**2 - after**2) / (FREEDOM + after**2)
+    flat = np.abs(ratio) < 1e-6
+    steep = np.where(flat, 1.0, ratio)
+    return weights(after) * np.where(flat, 1.0 - 0.5 * ratio, np.log1p(steep) / steep)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Fit:
     """A model fitted to some recordings."""

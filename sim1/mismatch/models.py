@@ -147,12 +147,12 @@ def widened(engine: Engine, model: Model, temper: Tempers, names: tuple[str, ...
     """
     known, z, made = model.fit.unknowns, model.fit.z, []
     for place, term in enumerate(known.terms):
-        first = known.count - sum(len(t.coefficients) for t in known.terms[place:])
+        old = known.part(place)
         for effect in (e for e in EFFECTS.values() if e.widens == term.effect.name):
             wider = Term.of(effect)
             before = known.values(place, z)
             own = [c.z(before[c.name]) if c.name in before else 0.0 for c in wider.coefficients]
-            start = np.concatenate([z[:first], own, z[first + len(term.coefficients) :]])
+            start = np.concatenate([z[: old.start], own, z[old.stop :]])
             terms = (*known.terms[:place], wider, *known.terms[place + 1 :])
             try:
                 found = fit(engine, replace(known, terms=terms), start, names, temper=temper, most=MORE)
@@ -160,6 +160,19 @@ def widened(engine: Engine, model: Model, temper: Tempers, names: tuple[str, ...
                 continue
             made.append(judged(found, temper, model.variants))
     return made
+
+
+def without(engine: Engine, model: Model, place: int, names: tuple[str, ...]) -> Model | None:
+    """The model without one of its effects, from where it was; None where no simulation finds its way."""
+    known, z = model.fit.unknowns, model.fit.z
+    own = known.part(place)
+    terms = (*known.terms[:place], *known.terms[place + 1 :])
+    start = np.concatenate([z[: own.start], z[own.stop :]])
+    try:
+        found = fit(engine, replace(known, terms=terms), start, names, temper=model.fit.temper, most=MORE)
+    except NotConverged:
+        return None
+    return judged(found, model.fit.temper, model.variants)
 
 
 def _looked_at(

@@ -80,15 +80,19 @@ class Unknowns:
             world, count = term.effect.alter(world, named), count + size
         return world
 
+    def part(self, term: int) -> slice:
+        """Where in z the coefficients of a term stand."""
+        start = len(self.nominal) + sum(len(t.coefficients) for t in self.terms[:term])
+        return slice(start, start + len(self.terms[term].coefficients))
+
     def values(self, term: int, z: np.ndarray) -> dict[str, float]:
         """Coefficients of a term at `z`."""
-        start = len(self.nominal) + sum(len(t.coefficients) for t in self.terms[:term])
         chosen = self.terms[term].coefficients
-        return {c.name: c.value(float(v)) for c, v in zip(chosen, z[start : start + len(chosen)], strict=True)}
+        return {c.name: c.value(float(v)) for c, v in zip(chosen, z[self.part(term)], strict=True)}
 
     def strengths(self, term: int) -> list[int]:
         """Indices in z of the coefficients without which the term is nothing."""
-        start = len(self.nominal) + sum(len(t.coefficients) for t in self.terms[:term])
+        start = self.part(term).start
         return [start + k for k, c in enumerate(self.terms[term].coefficients) if not c.shape]
 
     def with_terms(self, *terms: Term) -> "Unknowns":

@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/4`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/5`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/4"
+SCHEMA = "sim1.diagnosis/5"
 
 
 class Ranked(Strict):
@@ -37,6 +37,7 @@ class Misfit(Strict):
     chosen: float
     limit: float  # from which something is taken to be missing
     alone: float  # of the baseline, in the recording with the largest
+    table: bool  # whether cloth could lie on one
 
 
 class Shown(Strict):
@@ -67,7 +68,7 @@ class Prices(Strict):
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/4"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/5"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts

@@ -6,7 +6,7 @@ from pathlib import Path
 from sim1.data_file import read_data_file
 from sim1.stage import stage_config
 
-SCHEMA = "sim1.thresholds/3"
+SCHEMA = "sim1.thresholds/4"
 FILE = Path(__file__).with_name("thresholds.yaml")
 
 
@@ -18,6 +18,8 @@ class Null:
     worth: float  # nats of the best single effect over the baseline (`decide.worth`); 0 where none promised anything
     misfit: float  # mean squared residual of the baseline, in units of its variance
     misfit_alone: float  # the same of the recording with the largest
+    gain: float  # nats that the best model of all gains over the baseline, however often it counts an error
+    table: bool  # whether cloth could lie on one
 
 
 @stage_config
@@ -28,6 +30,8 @@ class Measured:
     named_ci95: tuple[float, float]  # of what the level asks for, by resampling the bundles
     misfit: float  # from which something is missing
     misfit_alone: float  # the same of one recording
+    gain: float  # from which something is missing though no name is worth enough, where there is no table
+    gain_table: float  # and where there is one: what sticks and slips is simulated less surely
     level: float  # share of bundles with nothing missing that may exceed any of these
     code_sha256: str  # of the code that diagnosed them
     nulls: tuple[Null, ...]
@@ -41,14 +45,18 @@ class Thresholds:
     second: float  # that another must be worth beside the first
     misfit: float  # mean squared residual, in units of its variance, from which something is missing
     misfit_alone: float  # the same of one recording
+    gain: float  # of any model, from which something is missing though nothing is worth a name, where there is no table
+    gain_table: float  # and where there is one
+    doubtful: float = 0.4  # of `second`, from which motion held out is asked whether another is there
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
     left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
     significance: float = 0.01  # of the test that a named effect's strength is not nothing
-    steady: float = 4.0  # times that a named effect's evidence may count the same error
-    nulls: int = 0  # bundles with nothing missing that the first four rest on
+    steady: float = 4.0  # times that a named effect's evidence may count the same error,
+    unsteady: float = 0.3  # unless it differs by no larger a share of itself from second to second
+    nulls: int = 0  # bundles with nothing missing that the first six rest on
 
 
 def read_thresholds(path: Path) -> Thresholds:
@@ -59,6 +67,8 @@ def read_thresholds(path: Path) -> Thresholds:
         second=measured.named,
         misfit=measured.misfit,
         misfit_alone=measured.misfit_alone,
+        gain=measured.gain,
+        gain_table=measured.gain_table,
         nulls=len(measured.nulls),
     )
 

@@ -14,10 +14,11 @@ import numpy as np
 from scipy import stats
 
 from sim1.mismatch.compare import MESH_SHARE
-from sim1.mismatch.fit import Fit, weights
+from sim1.mismatch.fit import Fit, secant_weights, weights
 
 WIDEN = 2.0  # of Laplace's standard deviations; see docs/mismatch.md for what the intervals hold
 QUANTILE = 0.975
+HELD = 2.0  # stretches of time that those seen are weighed against
 
 
 def covariance(found: Fit) -> np.ndarray:
@@ -61,14 +62,43 @@ def overcounted(found: Fit, base: Fit) -> float:
     time varies as the sum of d^2. By how much more it does is the factor by which the ratio of likelihoods is too large (Kent 1982, along
     the way from `base` to the model: differences, no slopes, which are wild where cloth sticks and slips).
     """
-    shared, independent = 0.0, 0.0
+    return _counted(*_stretches(found, base))
+
+
+def unsteadiness(found: Fit, base: Fit) -> float:
+    """By what share of itself what a model adds to `base` differs from one stretch of time to the next; 0 where it is the same.
+
+    Each stretch would have 1 - a of it, with a of the variance that its information grants and of what comes on top: the moment
+    estimate of a random effect (DerSimonian and Laird 1986), with the squared information as weights.
+    """
+    pulls, information = _stretches(found, base)
+    if not information.any():
+        return 0.0
+    return float(np.sqrt((_counted(pulls, information) - 1.0) * information.sum() / (information**2).sum()))
+
+
+def _counted(pulls: np.ndarray, information: np.ndarray) -> float:
+    """Variance of the pulls over what their information says, 1 or more; few that count tell little, and are held to 1.
+
+    The fit has seen to it that pulls add up to nothing: of n that count, n - 1 are free to vary.
+    """
+    total = float(information.sum())
+    if total <= 0.0:
+        return 1.0
+    count = total**2 / float((information**2).sum())
+    return max(1.0, (count * float((pulls**2).sum()) / total + HELD) / (count - 1.0 + HELD))
+
+
+def _stretches(found: Fit, base: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """By stretch: d r and d^2, summed with the weights by which the likelihood gains exactly their sum, d (r + d / 2)."""
+    pulls, information = [], []
     for name in found.names:
-        residual = found.residuals[name]
-        taken, weight = base.residuals[name] - residual, weights(residual)
+        residual, before = found.residuals[name], base.residuals[name]
+        taken, weight = before - residual, secant_weights(before, residual) / found.temper[name]
         first = np.flatnonzero(np.diff(found.stretch[name], prepend=-1))
-        shared += float((np.add.reduceat(weight * taken * residual / found.temper[name], first) ** 2).sum())
-        independent += float((weight * taken**2).sum()) / found.temper[name]
-    return max(1.0, shared / independent) if independent > 0.0 else 1.0
+        pulls.append(np.add.reduceat(weight * taken * residual, first))
+        information.append(np.add.reduceat(weight * taken**2, first))
+    return np.concatenate(pulls), np.concatenate(information)
 
 
 def scatter(found: Fit) -> np.ndarray:

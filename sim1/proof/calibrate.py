@@ -6,45 +6,50 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from scipy.stats import CensoredData, gumbel_r
+from scipy.stats import CensoredData, gumbel_r, norm, rv_continuous
 
 from sim1.mismatch.thresholds import SCHEMA, Measured, Null
 from sim1.proof.score import BASELINE, JOINT, Outcome
 from sim1.stage import BadInput, random_stream
 
 LEVEL = 0.05  # share of bundles with nothing missing that may exceed any of the thresholds, which share it evenly
-THRESHOLDS = 3
+THRESHOLDS = 4  # a name's worth, two of misfit, and what any model gains
 LEAST = 10  # such bundles; fewer say nothing about one in twenty
 ROUND, ROUND_MISFIT = 5.0, 0.05  # upwards; nats, and mean squares
 RESAMPLES = 200
+STRANGE = 0.1  # share of cases that may be of another kind than most
 
 
 def calibrated(outcomes: Sequence[Outcome]) -> Measured:
     """What the best of all effects is worth and a baseline leaves by chance but for `LEVEL` of the bundles.
 
-    The best of many is Gumbel distributed, and so is what the worst simulated of some motions leaves. Bundles in which no effect promised
-    anything are known to lie at 0 or below. No bundle seen would be given a name; a nearly chaotic one may be called unknown.
+    The best of many is Gumbel distributed, and so is what the worst simulated of some motions leaves; the mean of all is normal. Bundles in
+    which no effect promised anything are known to lie at 0 or below. No bundle seen would be given a name; a nearly chaotic one may be called unknown.
 
     Raises:
         BadInput: too few cases with nothing concealed, or diagnosed by different code.
     """
     nulls = [outcome for outcome in outcomes if outcome.kind == "null" and outcome.found is not None]
-    if len(nulls) < LEAST:
+    if len(nulls) < LEAST or len({outcome.found.table for outcome in nulls}) < 2:
         raise BadInput(
-            f"{len(nulls)} cases with nothing concealed are diagnosed, {LEAST} are needed; go on with the campaign"
+            f"{len(nulls)} cases with nothing concealed are diagnosed, {LEAST} are needed, with a table and without one; go on with the campaign"
         )
     codes = sorted({outcome.code_sha256 for outcome in nulls})
     if len(codes) > 1 or any(outcome.code_changed for outcome in nulls):
         raise BadInput(f"cases were diagnosed by {len(codes)} states of the code; calibrate with a campaign by one")
     worths = np.array([largest(outcome.found.worths) for outcome in nulls])
+    gains = np.array([max([0.0, *outcome.found.gains.values()]) for outcome in nulls])
+    table = np.array([outcome.found.table for outcome in nulls])
     stream = random_stream(0, "calibration")
     again = [level_of(stream.choice(worths, len(worths))) for _ in range(RESAMPLES)]
     low, high = np.quantile(again, [0.025, 0.975])
     return Measured(
-        named=_above(max(level_of(worths), worths.max()), ROUND),
+        named=_most(worths),
         named_ci95=(round(float(low), 1), round(float(high), 1)),
-        misfit=_above(level_of(np.array([one.found.misfit[0] for one in nulls])), ROUND_MISFIT),
+        misfit=_above(level_of(np.array([one.found.misfit[0] for one in nulls]), norm), ROUND_MISFIT),
         misfit_alone=_above(level_of(np.array([one.found.misfit_alone for one in nulls])), ROUND_MISFIT),
+        gain=_most(gains[~table]),
+        gain_table=_most(gains[table]),
         level=LEVEL,
         code_sha256=codes[0],
         nulls=tuple(
@@ -53,10 +58,17 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
                 worth=round(float(worth), 1),
                 misfit=round(one.found.misfit[0], 3),
                 misfit_alone=round(one.found.misfit_alone, 3),
+                gain=round(float(gain), 1),
+                table=one.found.table,
             )
-            for one, worth in zip(nulls, worths, strict=True)
+            for one, worth, gain in zip(nulls, worths, gains, strict=True)
         ),
     )
+
+
+def _most(nats: np.ndarray) -> float:
+    """What the level asks for, and at least what was seen."""
+    return _above(max(level_of(nats), float(nats.max())), ROUND)
 
 
 def _above(value: float, step: float) -> float:
@@ -69,13 +81,17 @@ def largest(worths: dict[str, float]) -> float:
     return max([0.0, *(worth for name, worth in worths.items() if name != BASELINE and JOINT not in name)])
 
 
-def level_of(gains: np.ndarray) -> float:
-    """What is exceeded in a third of `LEVEL` of the cases, by a Gumbel distribution of most likelihood; 0 where nothing ever gained."""
-    seen, none = gains[gains > 0], gains[gains <= 0]
+def level_of(gains: np.ndarray, family: rv_continuous = gumbel_r) -> float:
+    """What is exceeded in a quarter of `LEVEL` of the cases, by a distribution of most likelihood; 0 where nothing ever gained.
+
+    Of the largest tenth it is taken to be known that they are large, not how large: one chaotic sheet else decides.
+    """
+    large = np.quantile(gains, 1 - STRANGE)
+    seen, none, most = gains[(gains > 0) & (gains <= large)], gains[gains <= 0], gains[(gains > 0) & (gains > large)]
     if len(np.unique(seen)) < 2:
         return float(gains.max())
-    place, spread = gumbel_r.fit(CensoredData(uncensored=seen, left=none))
-    return float(gumbel_r.ppf(1 - LEVEL / THRESHOLDS, place, spread))
+    place, spread = family.fit(CensoredData(uncensored=seen, left=none, right=np.full(len(most), large)))
+    return float(family.ppf(1 - LEVEL / THRESHOLDS, place, spread))
 
 
 def write_thresholds(path: Path, measured: Measured) -> None:

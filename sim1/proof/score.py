@@ -49,6 +49,7 @@ class Found(Strict):
     fabric: dict[str, Number]
     misfit: tuple[float, float]  # baseline, chosen: mean squared residual in units of noise and mesh error
     misfit_alone: float  # of the baseline, in the recording with the largest
+    table: bool  # whether cloth could lie on one
     fit_mm: tuple[float, float]  # rmse before and after what was added, from rest and drives alone
     heldout_mm: tuple[float, float]
     place_auc: float | None  # None: force was concealed nowhere or everywhere
@@ -239,6 +240,7 @@ def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found
         },
         misfit=(summary.misfit.baseline, summary.misfit.chosen),
         misfit_alone=summary.misfit.alone,
+        table=summary.misfit.table,
         fit_mm=(1e3 * before.fit, 1e3 * after.fit),
         heldout_mm=(1e3 * before.heldout, 1e3 * after.heldout),
         place_auc=auc,

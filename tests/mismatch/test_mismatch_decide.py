@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_bundle import empty_bundle
 
-from sim1.mismatch.decide import borne_out, decide, explained, left, mean_square
+from sim1.mismatch.decide import borne_out, decide, doubtful, explained, left, mean_square, with_doubtful
 from sim1.mismatch.findings import probabilities
 from sim1.mismatch.fit import Fit, loss
 from sim1.mismatch.models import Model
@@ -14,6 +14,7 @@ from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS
 
 FIRST, PER_TERM = 1000.0, THRESHOLDS.per_term
+WORTH_ALONE = replace(THRESHOLDS, gain=np.inf)  # nothing stands out by what it gains alone
 
 
 @pytest.fixture(scope="module")
@@ -160,7 +161,18 @@ def test_two_that_explain_it_alike_are_ambiguous_and_neither_is_hidden(unknowns)
 def test_two_that_gain_a_little_each_are_no_name_together(unknowns):
     pair = ("anisotropic_bending", "anisotropic_stretch")
     gains = {pair: 1.3 * THRESHOLDS.named, pair[:1]: 0.5 * THRESHOLDS.named, pair[1:]: 0.55 * THRESHOLDS.named}
-    assert verdict(unknowns, gains) == ("none", ())
+    found = decide(pool_of(unknowns, gains), WORTH_ALONE)
+    assert (found.verdict, found.chosen.terms) == ("none", ())
+
+
+def test_what_gains_more_than_nothing_missing_ever_does_is_no_nothing(unknowns, monkeypatch):
+    """A jet of air makes a stream gain, now more of it, now less: no name, and something is there."""
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 30.0)
+    assert verdict(unknowns, {("wind",): 0.9 * THRESHOLDS.gain}) == ("none", ())
+    assert verdict(unknowns, {("wind",): 1.1 * THRESHOLDS.gain}) == ("unknown", ())
+    table = replace(unknowns, base=replace(unknowns.base, table_z_m=0.0))
+    assert verdict(table, {("wind",): 0.9 * THRESHOLDS.gain_table}) == ("none", ())
+    assert verdict(table, {("wind",): 1.1 * THRESHOLDS.gain_table}) == ("unknown", ())
 
 
 def test_a_name_of_which_motion_held_out_leaves_less_than_a_name_s_worth_is_withdrawn(unknowns):
@@ -192,6 +204,41 @@ def test_a_second_effect_that_motion_held_out_speaks_against_is_taken_back_and_t
     assert (nothing.verdict, nothing.chosen.terms) == ("unknown", ())
 
 
+def test_of_a_pair_that_motion_held_out_speaks_against_the_better_part_stays(unknowns):
+    pair, first, other = ("air_drag", "shrinkage"), ("air_drag",), ("shrinkage",)
+    pool = pool_of(unknowns, {first: 250.0, other: 200.0, pair: 250.0 + 1.3 * THRESHOLDS.second})
+    kept = borne_out(decide(pool, THRESHOLDS), pool, {pair: 60.0, first: 0.0, other: 0.0}, THRESHOLDS)
+    assert kept.chosen.terms == first
+
+
+def test_an_effect_that_adds_nearly_enough_is_named_where_motion_held_out_speaks_for_it(unknowns):
+    pair, first = ("air_drag", "shrinkage"), ("air_drag",)
+    pool = pool_of(unknowns, {first: 400.0, pair: 400.0 + 0.8 * THRESHOLDS.second})
+    found = decide(pool, THRESHOLDS)
+    assert found.chosen.terms == first
+    more = doubtful(found, pool, THRESHOLDS)
+    assert more.terms == pair
+    for said, named in ((0.0, first), (-0.3 * THRESHOLDS.second, pair)):
+        told = {pair: said, first: 0.0}
+        taken = with_doubtful(found, more, told, THRESHOLDS)
+        assert taken.chosen.terms == named
+        assert borne_out(taken, pool, told, THRESHOLDS).chosen.terms == named
+    little = pool_of(unknowns, {first: 400.0, pair: 400.0 + 0.3 * THRESHOLDS.second})
+    assert doubtful(decide(little, THRESHOLDS), little, THRESHOLDS) is None
+    assert doubtful(decide(little[:1], THRESHOLDS), little[:1], THRESHOLDS) is None
+
+
+def test_a_pair_gives_way_to_one_of_its_own_or_to_the_best_of_all_that_are_single(unknowns, monkeypatch):
+    pair, part, other = ("air_drag", "shrinkage"), ("air_drag",), ("clock_offset",)
+    pool = pool_of(unknowns, {pair: 2300.0, part: 2000.0, other: 1500.0})
+    monkeypatch.setattr(
+        "sim1.mismatch.decide.overcounted",
+        lambda fit, base: 13.0 if fit is pool[1].fit and base is pool[3].fit else 1.0,
+    )
+    assert decide(pool, THRESHOLDS).chosen.terms == pair
+    assert verdict(unknowns, {pair: 480.0, part: 200.0, other: 470.0}) == ("named", other)
+
+
 def test_an_effect_whose_strength_could_be_nothing_is_no_name_however_much_it_gains(unknowns, monkeypatch):
     """A magnet makes a tilt gain, and each recording asks for another tilt."""
     pool = pool_of(unknowns, {("gravity_tilt",): 120.0, ("wind",): 20.0})
@@ -209,7 +256,7 @@ def test_evidence_that_counts_one_error_many_times_makes_no_name(unknowns, monke
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.9)
     assert decide(pool, THRESHOLDS).verdict == "named"
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 2.1)
-    found = decide(pool, THRESHOLDS)
+    found = decide(pool, WORTH_ALONE)
     assert (found.verdict, found.chosen.terms) == ("none", ())
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.9)
     kept = decide(pool, THRESHOLDS)
@@ -219,11 +266,14 @@ def test_evidence_that_counts_one_error_many_times_makes_no_name(unknowns, monke
 
 def test_an_effect_that_is_asked_for_now_more_now_less_follows_something_else(unknowns, monkeypatch):
     pool = pool_of(unknowns, {("wind",): 3000.0, ("clock_offset",): 2900.0})
+    monkeypatch.setattr("sim1.mismatch.decide.unsteadiness", lambda fit, base: 1.1 * THRESHOLDS.unsteady)
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 0.9 * THRESHOLDS.steady)
     assert decide(pool, THRESHOLDS).chosen.terms == ("wind",)
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.1 * THRESHOLDS.steady)
     assert decide(pool, THRESHOLDS).verdict == "unknown"
     assert decide(pool, THRESHOLDS, frozenset({"clock_offset"})).chosen.terms == ("clock_offset",)
+    monkeypatch.setattr("sim1.mismatch.decide.unsteadiness", lambda fit, base: 0.9 * THRESHOLDS.unsteady)
+    assert decide(pool, THRESHOLDS).chosen.terms == ("wind",)
 
 
 def test_a_second_effect_that_follows_one_error_again_and_again_is_not_named(unknowns, monkeypatch):
@@ -261,7 +311,7 @@ def test_what_is_simpler_and_does_not_stand_takes_no_name_away_unless_it_is_a_pa
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 10.0 if fit is pool[2].fit else 1.0)
     assert decide(pool, THRESHOLDS).chosen.terms == ("wind",)
     pool = pool_of(unknowns, {("adhesion", "wind"): 330.0, ("wind",): 300.0})
-    assert decide(pool, THRESHOLDS).verdict == "none"
+    assert decide(pool, WORTH_ALONE).verdict == "none"
 
 
 def test_even_odds_are_where_a_name_begins_and_the_unknown_is_as_probable_as_all_names(unknowns):

@@ -12,7 +12,7 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch import contest
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import fit, promised
-from sim1.mismatch.models import Model, Tried, judged, widened
+from sim1.mismatch.models import Model, Tried, judged, widened, without
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Term, Unknowns, baseline
 from sim1.mismatch.thresholds import THRESHOLDS
@@ -168,11 +168,58 @@ def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, m
         return Tried(models=(Model(terms=pair, fit=base, variants=1),))
 
     monkeypatch.setattr(contest, "extended", with_drag)
+    monkeypatch.setattr(contest, "_tempered", lambda engine, found, names, thresholds: found)
     found = contest.with_a_second(
         engine, contest.Contest(pool=pool, temper=tempers), ("only",), THRESHOLDS, lambda share, what: None
     )
     tried = {model.terms for model in found.pool if len(model.terms) == 2}
     assert tried == {("air_drag", "clock_offset"), ("actuator_lag", "air_drag")}  # and none beside the hopeless
+
+
+def test_of_the_best_pair_each_effect_is_fitted_alone_too_and_its_evidence_counted_by_what_it_leaves(
+    unknowns, monkeypatch
+):
+    """Else nobody asks what the first adds to the second."""
+    engine, tempers, fewer = Straight(), {"only": 1.0}, {"only": 2.0}
+    far = fit(engine, unknowns, np.array([30.0, 30.0]), ("only",), temper=tempers, most=0)
+    near = fit(engine, unknowns, TRUE + 0.1, ("only",), temper=tempers, most=0)
+    arrived = fit(engine, unknowns, TRUE, ("only",), temper=tempers, most=0)
+    pair = Model(terms=("adhesion", "wind"), fit=arrived, variants=1)
+    pool = [Model(terms=(), fit=far, variants=1), Model(terms=("wind",), fit=near, variants=1)]
+    asked = []
+
+    def part(engine, model, place, names):
+        asked.append(model.terms)
+        return Model(terms=(pair.terms[1 - place],), fit=far, variants=1)
+
+    monkeypatch.setattr(contest, "extended", lambda *given, **how: Tried(models=(pair,)))
+    monkeypatch.setattr(contest, "without", part)
+    monkeypatch.setattr(contest, "temper_of", lambda engine, residuals, names: fewer)
+    monkeypatch.setattr(contest, "judged", lambda fit, temper, variants=1: Model(terms=(), fit=fit, variants=variants))
+    monkeypatch.setattr(contest, "simplified", lambda engine, pool, thresholds, names: pool)
+    known = [model.terms for model in contest.with_parts(engine, [*pool, pair], THRESHOLDS, ("only",))]
+    assert sorted(known) == [(), ("adhesion",), pair.terms, ("wind",)]
+    assert set(asked) == {pair.terms}
+    found = contest.with_a_second(
+        engine, contest.Contest(pool=pool, temper=tempers), ("only",), THRESHOLDS, lambda share, what: None
+    )
+    assert found.temper == fewer
+
+
+def test_an_effect_is_taken_out_with_its_own_coefficients_and_the_others_stay():
+    bundle = filmed(empty_bundle(motions=2, duration_s=1.2), air_normal=1.3)
+    with Engine(bundle) as engine:
+        names, plain = engine.names, baseline(bundle)
+        temper = dict.fromkeys(names, 3.0)
+        both = plain.with_terms(Term.of(EFFECTS["air_drag"]), Term.of(EFFECTS["clock_offset"]))
+        start = np.zeros(both.count)
+        start[both.part(0)], start[both.part(1)] = 0.5, 0.3
+        model = judged(fit(engine, both, start, names, temper=temper, most=0), temper)
+        alone = [without(engine, model, place, names) for place in (0, 1)]
+        assert [one.terms for one in alone] == [("clock_offset",), ("air_drag",)]
+        for one, place in zip(alone, (0, 1), strict=True):
+            assert one.fit.unknowns.count == both.count - len(both.terms[place].coefficients)
+        assert alone[1].fit.cost < alone[0].fit.cost - 100.0  # drag is what was concealed
 
 
 def test_a_weak_stream_is_found_from_the_drag_of_still_air():

@@ -26,6 +26,7 @@ def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5
         fabric={"poisson": number},
         misfit=(1.5, 1.0),
         misfit_alone=2.0,
+        table=False,
         fit_mm=(1.0, 0.5),
         heldout_mm=heldout,
         place_auc=0.95 if concealed else None,
