@@ -23,7 +23,7 @@ from sim1.mismatch.patience import Patience
 from sim1.mismatch.strict_json import write_json
 from sim1.mismatch.summary import SCHEMA, Prices, Summary
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
-from sim1.mismatch.uncertainty import deviations
+from sim1.mismatch.uncertainty import deviations, unsteadiness
 from sim1.mismatch.verdict import Verdict
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
@@ -239,6 +239,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
                     "name": _joined(model),
                     "gain": null - rating(model, thresholds),
                     "worth": worth([found.baseline], model, thresholds),
+                    "unsteadiness": unsteadiness(model.fit, found.baseline.fit),
                     "misfit": mean_square(model.fit),
                 }
                 for model in found.models[:10]

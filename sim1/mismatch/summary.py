@@ -16,6 +16,7 @@ class Ranked(Strict):
     name: str
     gain: float  # over the calibrated baseline, nats
     worth: float  # of that, where evidence that counts the same error again and again counts it once
+    unsteadiness: float  # by what share of itself it differs from second to second
     misfit: float  # mean squared residual in units of noise and mesh error
 
 
@@ -61,7 +62,10 @@ class Prices(Strict):
     left: float
     significance: float  # of the test that an effect's strength is not nothing
     misfit_alone: float  # mean squared residual of one recording from which something is taken to be missing
-    steady: float  # times that a named effect's evidence may count the same error of the simulator
+    steady: float  # times that a named effect's evidence may count the same error of the simulator,
+    unsteady: float  # unless it differs by no larger a share of itself from second to second
+    gain: float  # of any model, from which something is taken to be missing, where there is no table
+    gain_table: float  # and where there is one
     nulls: int  # bundles with nothing missing that `named` rests on
 
 

@@ -19,6 +19,9 @@ def test_thresholds_are_those_in_force():
     for said in (
         f"a model is worth {asked.named:g} nats",
         f"misfit is {asked.misfit:g} or more, or {asked.misfit_alone:g} in one recording",
+        f"some model gains {asked.gain:g} nats, {asked.gain_table:g} with a table",
+        f"from {asked.doubtful:g} of that on",
+        f"its unsteadiness is at most {asked.unsteady:g}",
         f"adds {asked.second:g} to what the other is worth",
         f"more than {asked.steady:g} times",
         f"within {asked.margin:g} nats or {asked.margin_share:.1%} of its gain".replace("%", " %"),

@@ -85,9 +85,13 @@ def test_thresholds_in_force_are_what_the_cases_beside_them_ask_for():
     assert THRESHOLDS.named == measured.named >= max(null.worth for null in measured.nulls)
     assert THRESHOLDS.gain == measured.gain >= max(null.gain for null in measured.nulls if not null.table)
     assert THRESHOLDS.gain_table == measured.gain_table >= max(null.gain for null in measured.nulls if null.table)
-    for name, of_null in (("named", "worth"), ("misfit", "misfit"), ("misfit_alone", "misfit_alone")):
+    for name, of_null, family in (
+        ("named", "worth", gumbel_r),
+        ("misfit", "misfit", norm),
+        ("misfit_alone", "misfit_alone", gumbel_r),
+    ):
         values = np.array([getattr(null, of_null) for null in measured.nulls])
-        assert getattr(THRESHOLDS, name) == getattr(measured, name) >= level_of(values)
+        assert getattr(THRESHOLDS, name) == getattr(measured, name) >= level_of(values, family)
         assert np.sum(values > getattr(measured, name)) <= 0.05 * len(values)
 
 
