@@ -21,15 +21,15 @@ QUANTILE = 0.975
 HELD = 2.0  # stretches of time that those seen are weighed against
 
 
-def covariance(found: Fit) -> np.ndarray:
-    """Covariance (P, P) of z, such that 1.96 of its standard deviations are a 95 % interval."""
+def covariance(found: Fit, quantile: float = QUANTILE) -> np.ndarray:
+    """Covariance (P, P) of z, such that 1.96 of its standard deviations are a 95 % interval, or another `quantile`'s that of the normal one."""
     laplace = WIDEN**2 * found.covariance
     among = scatter(found)
     shift = MESH_SHARE * mesh_shift(found)
     whole = laplace + among + np.outer(shift, shift)
     share = np.diag(among) / np.diag(whole)
     freedom = max(len(found.names) - 1, 1) / np.maximum(share**2, 1e-12)
-    longer = stats.t.ppf(QUANTILE, freedom) / stats.norm.ppf(QUANTILE)
+    longer = stats.t.ppf(quantile, freedom) / stats.norm.ppf(quantile)
     return whole * np.outer(longer, longer)
 
 
@@ -44,7 +44,7 @@ def established(found: Fit, level: float) -> bool:
     Evidence grows with every sample that is fitted better, also where recordings pull a coefficient to and fro, each by its own
     error of the simulator.
     """
-    whole = covariance(found)
+    whole = covariance(found, 1.0 - 0.5 * level)
     for term in range(len(found.unknowns.terms)):
         places = found.unknowns.strengths(term)
         strengths = found.z[places]

@@ -4,6 +4,7 @@ import pytest
 
 from pipeline.home import REPOSITORY
 from sim1.cloth.effects import EFFECTS
+from sim1.mismatch.summary import SCHEMA
 from sim1.mismatch.thresholds import THRESHOLDS
 
 PAGE = (REPOSITORY / "docs" / "mismatch.md").read_text()
@@ -30,3 +31,8 @@ def test_thresholds_are_those_in_force():
         f"measured on {asked.nulls} virtual bundles",
     ):
         assert said in PAGE, said
+
+
+@pytest.mark.parametrize("page", ["mismatch.md", "artifacts.md"])
+def test_the_schema_is_the_one_that_is_written(page):
+    assert f"`{SCHEMA}`" in (REPOSITORY / "docs" / page).read_text()
