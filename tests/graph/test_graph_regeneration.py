@@ -83,6 +83,7 @@ def test_an_input_that_changes_while_its_artifact_is_made_leaves_it_stale(made):
         assert {snapshot.status(node, key).state for node, key in snapshot.artifacts()} == {"fresh"}
 
 
+@pytest.mark.slow
 def test_one_of_150_parents_of_a_fan_in_is_noticed(project):
     for number in range(148):
         project.add_garment(f"g{number:03}")

@@ -160,9 +160,10 @@ def test_one_recording_is_no_diagnosis():
     ("name", "field", "late_s"),
     [
         ("clock_offset", "clock_offset_s", 0.26),
-        pytest.param("actuator_lag", "lag_s", 0.12, marks=pytest.mark.slow),
+        ("actuator_lag", "lag_s", 0.12),
     ],
 )
+@pytest.mark.slow
 def test_what_is_late_by_a_good_part_of_a_swing_is_named_and_not_imitated_by_a_strange_cloth(name, field, late_s):
     found = diagnose(filmed(empty_bundle(), **{field: late_s}))
     assert (found.verdict, found.chosen.terms) == ("named", (name,))

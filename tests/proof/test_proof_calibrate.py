@@ -15,6 +15,12 @@ LEFT = norm.rvs(1.0, 0.1, size=60, random_state=1)
 WORST = gumbel_r.rvs(1.3, 0.05, size=60, random_state=1)
 
 
+@pytest.fixture(autouse=True)
+def few_resamples(monkeypatch):
+    """A fit takes a twentieth of a second, and the interval is asked for once."""
+    monkeypatch.setattr("sim1.proof.calibrate.RESAMPLES", 20)
+
+
 def nulls(gains, code="c0de", left=LEFT):
     """Cases with nothing concealed, by what the best effect gains and the baseline leaves."""
     made = []
