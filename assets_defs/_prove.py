@@ -46,10 +46,12 @@ def prove(
 ) -> None:
     """Prove on concealed cases what `sim1 diagnose` can do. A killed campaign goes on where it was."""
     from sim1.lock import Taken, exclusive
-    from sim1.proof.report import rewrite
+    from sim1.proof.report import rewrite, scored
     from sim1.proof.start import Wish
     from sim1.stage import BadInput
 
+    if beside and not calibrate:
+        stop("--with names campaigns for --calibrate; give both")
     root = out.resolve()
     wish = Wish(
         cases=cases,
@@ -77,7 +79,7 @@ def prove(
                 ask_baselines(Files(root), found.outcomes, _say)
                 found = rewrite(Files(root))
             if calibrate:
-                _calibrate(root / "thresholds.yaml", found, [rewrite(Files(other.resolve())) for other in beside or ()])
+                _calibrate(root / "thresholds.yaml", found, [scored(Files(other.resolve())) for other in beside or ()])
     except BadInput as error:
         stop(str(error))
     except Taken as taken:
@@ -102,7 +104,8 @@ def _calibrate(path: Path, found, others) -> None:
     low, high = measured.named_ci95
     _say(
         f"a name needs {measured.named:g} nats [{low:g}, {high:g}], a misfit counts from {measured.misfit:g}, in one recording from "
-        f"{measured.misfit_alone:g}: {len(measured.nulls)} cases with nothing concealed, of which {measured.level:.0%} may exceed any of "
+        f"{measured.misfit_alone:g}, and what any model gains from {measured.gain:g}, {measured.gain_table:g} with a table: "
+        f"{len(measured.nulls)} cases with nothing concealed, of which {measured.level:.0%} may exceed any of "
         f"the four: {path}; in force as sim1/mismatch/thresholds.yaml"
     )
 

@@ -4,7 +4,7 @@ A sheet that something pulls down a little may as well be a little heavier: nobo
 to find of an effect is what is left of its change when the unknowns have taken up what they can.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
@@ -61,9 +61,9 @@ class Unknown:
     """Whether it changes a motion at all."""
 
 
-def imitations(stage: Stage, plan_list: Sequence[Plan]) -> dict[str, np.ndarray]:
-    """By plan: (F, M, 3, P) what each unknown moves the markers by, per spread; a film for each."""
-    without = {plan.name: seen(film(stage, plan, [])) for plan in plan_list}
+def imitations(stage: Stage, plan_list: Sequence[Plan], tracks: Mapping[str, Track]) -> dict[str, np.ndarray]:
+    """By plan: (F, M, 3, P) what each unknown moves the markers by, per spread; a film for each. `tracks`: with none moved."""
+    without = {plan.name: seen(tracks[plan.name]) for plan in plan_list}
     columns: dict[str, list[np.ndarray]] = {plan.name: [] for plan in plan_list}
     for unknown in unknowns(stage.setting, plan_list):
         moved = replace(stage, setting=unknown.setting)

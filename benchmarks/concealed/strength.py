@@ -1,6 +1,7 @@
 """How strong an effect is, in the markers: measured, then set to what the strength's name promises."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -50,37 +51,48 @@ def tuned(
 ) -> tuple[list[Effect], Films, list[float]]:
     """The case's effects, each as strong alone as the case asks, measured on the two motions out of three that show it best.
 
-    Measured is what no fabric imitates, nor the other effect of a pair, whatever its strength. Also the tracks that were made with all
+    Measured is what no fabric imitates, nor the other effect of a pair at up to `OTHER_STD` times its strength. Also the tracks that were made with all
     of them on the way, those of a single effect, and how strong each came out, in units of the noise.
     """
-    scale = Scale(stage, {name: _shown(name, plan_list) for name in case.effects}, without)
+    scale = scale_of(stage, {name: _shown(name, plan_list) for name in case.effects}, without)
     found: list[tuple[Effect, Films]] = []
     for name in case.effects:
-        scale.beside([effect for effect, _ in found], name)
+        scale = scale.beside(name, [effect for effect, _ in found])
         found.append(_tuned(case, scale, name, tries))
     if len(found) > 1:
-        scale.beside([found[1][0]], case.effects[0])
+        scale = scale.beside(case.effects[0], [found[1][0]])
     strengths = [scale.strength(name, effect, films) for name, (effect, films) in zip(case.effects, found, strict=True)]
     films = found[0][1] if len(found) == 1 else {}
     return [effect for effect, _ in found], films, strengths
 
 
+@dataclass(frozen=True, kw_only=True)
 class Scale:
     """How strong an effect is, in noise, beside what else could have done the same."""
 
-    def __init__(self, stage: Stage, shown: dict[str, list[Plan]], without: Films):
-        """`shown`: by effect, motions that show it; `without`: tracks of the laboratory's grid with nothing concealed."""
-        self.stage, self.rough, self.shown, self.without = stage, stage.coarser(), shown, without
-        plans = list({plan.name: plan for some in shown.values() for plan in some}.values())
-        self.rough_without: Films = {plan.name: film(self.rough, plan, []) for plan in plans}
-        self.imitated = imitations(self.rough, plans) if plans else {}
-        self._others: dict[str, dict[str, np.ndarray]] = {name: {} for name in shown}
+    stage: Stage
+    rough: Stage
+    """The same on the bundle's own mesh: several times as fast."""
+    shown: dict[str, list[Plan]]
+    """By effect, motions that show it."""
+    without: Films
+    """Nothing concealed, on the laboratory's grid."""
+    rough_without: Films
+    """And on the bundle's own mesh."""
+    imitated: Changes
+    """By plan: (F, M, 3, P) what fabric, friction and places do, per spread."""
+    others: dict[str, Changes]
+    """By effect and plan: (F, M, 3, Q) what other effects do, `OTHER_STD` times as strong."""
 
-    def beside(self, effects: Sequence[Effect], name: str) -> None:
-        """From now on `name` counts for what none of these effects imitates, up to `OTHER_STD` times as strong."""
-        for plan in self.shown[name] if effects else []:
-            columns = [OTHER_STD * self.rough_change(effect, plan) for effect in effects]
-            self._others[name][plan.name] = np.stack(columns, axis=-1)
+    def beside(self, name: str, effects: Sequence[Effect]) -> "Scale":
+        """A scale by which `name` counts for what none of these effects imitates."""
+        if not effects:
+            return self
+        columns = {
+            plan.name: np.stack([OTHER_STD * self.rough_change(effect, plan) for effect in effects], axis=-1)
+            for plan in self.shown[name]
+        }
+        return replace(self, others={**self.others, name: columns})
 
     def rough_change(self, effect: Effect, plan: Plan) -> np.ndarray:
         """(F, M, 3) what it moves markers by on the bundle's own mesh."""
@@ -88,7 +100,7 @@ class Scale:
         return moves_m([effect], without if effect.measures_only else film(self.rough, plan, [effect]), without)
 
     def rough_strength(self, name: str, effect: Effect) -> float:
-        """On the bundle's own mesh: several times as fast."""
+        """By films on the bundle's own mesh."""
         return self._own(name, {plan.name: self.rough_change(effect, plan) for plan in self.shown[name]})
 
     def strength(self, name: str, effect: Effect, films: Films) -> float:
@@ -101,13 +113,29 @@ class Scale:
         return {p.name: self.without[p.name] if still else film(self.stage, p, [effect]) for p in self.shown[name]}
 
     def _own(self, name: str, changes: Changes) -> float:
-        others, noise = self._others[name], self.stage.setting.noise_m
+        others, noise = self.others.get(name, {}), self.stage.setting.noise_m
         known = {
-            one: np.concatenate([self.imitated[one], *([others[one]] if one in others else [])], axis=-1)
-            for one in changes
+            plan: np.concatenate([self.imitated[plan], others[plan]], axis=-1) if others else self.imitated[plan]
+            for plan in changes
         }
         left = sorted(map(rms, own(changes, known, noise).values()))[-2:]
         return float(np.sqrt(np.mean(np.square(left)))) / noise
+
+
+def scale_of(stage: Stage, shown: dict[str, list[Plan]], without: Films) -> Scale:
+    """Film what there is to compare with: on the bundle's own mesh, a film for each motion and unknown."""
+    rough = stage.coarser()
+    plans = list({plan.name: plan for some in shown.values() for plan in some}.values())
+    still: Films = {plan.name: film(rough, plan, []) for plan in plans}
+    return Scale(
+        stage=stage,
+        rough=rough,
+        shown=shown,
+        without=without,
+        rough_without=still,
+        imitated=imitations(rough, plans, still) if plans else {},
+        others={},
+    )
 
 
 def _shown(name: str, plan_list: Sequence[Plan]) -> list[Plan]:

@@ -10,9 +10,6 @@ from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 from sim1.mismatch.uncertainty import established, overcounted, unsteadiness
 
-# By effects: nats by which motion held out is less likely with a model than with the baseline; below 0: more likely.
-type Against = dict[tuple[str, ...], float]
-
 MEDIAN = 0.455  # of squared normal numbers
 GROSS = 25.0  # squared residuals count no more than this: a marker that was mislabelled is not physics
 
@@ -139,19 +136,31 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     are there is known, however much else is.
     """
     null = null_of(pool)
-    before = mean_square(null.fit)
     missing = exceeds(null.fit, thresholds) or stands_out(pool, thresholds)
-    standing = [model for model in pool if model.terms and worth([null], model, thresholds) >= thresholds.named]
-    if not _leader(pool, standing, thresholds):
-        return _unchanged("unknown" if missing else "none", null, before)
-    standing = [model for model in standing if _steady(null, model, thresholds, measured)]
+    worthy = worthy_of(pool, thresholds)
+    if not _leader(pool, worthy, thresholds):
+        return unchanged("unknown" if missing else "none", null)
+    standing = [model for model in worthy if steady(null, model, thresholds, measured)]
     best = _leader(pool, standing, thresholds)
     if best is None:  # something gains, and nothing that is there beyond doubt
-        return _unchanged("unknown", null, before)
+        return unchanged("unknown", null)
+    return said_of(null, best, standing, thresholds, measured)
+
+
+def worthy_of(pool: list[Model], thresholds: Thresholds) -> list[Model]:
+    """The models that are worth a name."""
+    null = null_of(pool)
+    return [model for model in pool if model.terms and worth_over(null, model, thresholds) >= thresholds.named]
+
+
+def said_of(
+    null: Model, best: Model, standing: list[Model], thresholds: Thresholds, measured: frozenset[str]
+) -> Decision:
+    """The verdict where `best` leads those that stand: whether it explains what is missing, and what explains it about as well."""
     if left(null.fit, best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
         standing = [model for model in standing if set(model.terms) <= measured]
         if not standing:
-            return _unchanged("unknown", null, before)
+            return unchanged("unknown", null)
         best = best_of(standing, thresholds)
     rivals = rivals_of([null, *standing], best, thresholds)
     return Decision(
@@ -159,7 +168,7 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
         null=null,
         chosen=best,
         rivals=rivals,
-        misfit={"baseline": before, "chosen": mean_square(best.fit)},
+        misfit={"baseline": mean_square(null.fit), "chosen": mean_square(best.fit)},
     )
 
 
@@ -179,90 +188,24 @@ def rivals_of(pool: list[Model], best: Model, thresholds: Thresholds) -> tuple[M
     )
 
 
-def doubtful(decision: Decision, pool: list[Model], thresholds: Thresholds) -> Model | None:
-    """The best model with one effect more than was chosen that adds nearly enough: motion held out is asked whether it does."""
-    if not decision.chosen.terms or decision.rivals:
-        return None
-    least = thresholds.doubtful * thresholds.second
-    more = [one for one in pool if set(decision.chosen.terms) < set(one.terms)]
-    more = [one for one in more if worth_over(decision.chosen, one, thresholds) >= least]
-    return best_of(more, thresholds) if more else None
-
-
-def with_doubtful(decision: Decision, more: Model | None, against: Against, thresholds: Thresholds) -> Decision:
-    """The decision for the model with one effect more, if with what motion held out says it adds enough and stands."""
-    if more is None:
-        return decision
-    said = against[more.terms] - against[decision.chosen.terms]
-    if worth_over(decision.chosen, more, thresholds, said) < thresholds.second:
-        return decision
-    if not _steady(decision.null, more, thresholds, frozenset()):
-        return decision
-    return Decision(
-        verdict="named",
-        null=decision.null,
-        chosen=more,
-        rivals=(),
-        misfit={"baseline": decision.misfit["baseline"], "chosen": mean_square(more.fit)},
-    )
-
-
-def borne_out(
-    decision: Decision,
-    pool: list[Model],
-    against: Against,
-    thresholds: Thresholds,
-    measured: frozenset[str] = frozenset(),
-) -> Decision:
-    """What motion that nobody fitted leaves of a decision.
-
-    An effect beside another stays if what it adds, there too, is worth a second one; what is left is `unknown` where it is no name's
-    worth any more. `against`: see `Against`, of the chosen model and of those in the pool that it contains.
-    """
-    null, best = decision.null, decision.chosen
-    if not best.terms:
-        return decision
-
-    for part in sorted(parts_of(pool, best), key=lambda model: rating(model, thresholds)):
-        said = against[best.terms] - against[part.terms]
-        if set(part.terms) < set(best.terms) and worth_over(part, best, thresholds, said) < thresholds.second:
-            best = part
-    kept = worth_over(null, best, thresholds, max(against[best.terms], 0.0)) >= thresholds.named
-    if not kept or not _steady(null, best, thresholds, measured):
-        return _unchanged("unknown", null, decision.misfit["baseline"])
-    if best is decision.chosen:
-        return decision
-    return Decision(
-        verdict="named",
-        null=null,
-        chosen=best,
-        rivals=(),
-        misfit={"baseline": decision.misfit["baseline"], "chosen": mean_square(best.fit)},
-    )
-
-
-def parts_of(pool: list[Model], model: Model) -> list[Model]:
-    """Models with some of a model's effects, not all."""
-    return [one for one in pool if one.terms and set(one.terms) < set(model.terms)]
-
-
-def _steady(null: Model, model: Model, thresholds: Thresholds, measured: frozenset[str]) -> bool:
+def steady(null: Model, model: Model, thresholds: Thresholds, measured: frozenset[str]) -> bool:
     """Whether recordings agree that a model's effects are there, and from second to second on how strong they are.
 
     What imitates something else is asked for now more, now less than the fit has of it: by nearly all of itself. A right effect whose
     formula is a little off counts that error often where it is strong, and differs by little. Beside a delay that was measured much else
     may be missing.
     """
-    steady = (
+    from_second_to_second = (
         set(model.terms) <= measured
         or overcounted(model.fit, null.fit) <= thresholds.steady
         or unsteadiness(model.fit, null.fit) <= thresholds.unsteady
     )
-    return steady and established(model.fit, thresholds.significance)
+    return from_second_to_second and established(model.fit, thresholds.significance)
 
 
-def _unchanged(verdict: str, null: Model, misfit: float) -> Decision:
+def unchanged(verdict: str, null: Model) -> Decision:
     """The baseline stays what is simulated: nothing is missing, or nothing that is known explains it."""
+    misfit = mean_square(null.fit)
     return Decision(verdict=verdict, null=null, chosen=null, rivals=(), misfit={"baseline": misfit, "chosen": misfit})
 
 

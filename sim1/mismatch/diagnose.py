@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.mismatch.assimilate import Located, locate_forces
+from sim1.mismatch.borne_out import borne_out, doubtful, parts_of, with_doubtful
 from sim1.mismatch.contest import contest
-from sim1.mismatch.decide import borne_out, decide, doubtful, parts_of, rating, with_doubtful
+from sim1.mismatch.decide import decide, rating
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Tempers
 from sim1.mismatch.foretold import foretold_by, nats_against
@@ -85,12 +86,13 @@ def _diagnose(
     named, more = decision.chosen, None if stopped else doubtful(decision, found.pool, thresholds)
     told = {(): {name: foretold["baseline"][name] for name in heldout}}  # by effects
     parts = [] if stopped else parts_of(found.pool, more or named)
-    asked = [one for one in (more, *parts) if one is not None and one is not named]
-    asked = [named, *asked] if named.terms else []
+    late = [one for one in found.pool if one.terms and set(one.terms) <= delays]
+    asked = list({one.terms: one for one in (named, more, *parts, *late) if one is not None}.values())
+    asked = asked if named.terms else []
     told |= {model.terms: foretold_by(engine, model, heldout) for model in asked}
     against = nats_against(engine, decision.null, asked, told, heldout)
-    decision = with_doubtful(decision, more, against, thresholds)
-    decision = borne_out(decision, parts, against, thresholds, delays)
+    decision = with_doubtful(decision, more, found.pool, against, thresholds, delays)
+    decision = borne_out(decision, found.pool, against, thresholds, delays)
     foretold["augmented"] = foretold["baseline"]
     if decision.chosen.terms:
         foretold["augmented"] = foretold_by(engine, decision.chosen, fitted) | told[decision.chosen.terms]

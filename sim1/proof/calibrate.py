@@ -13,7 +13,7 @@ from sim1.proof.score import BASELINE, JOINT, Outcome
 from sim1.stage import BadInput, random_stream
 
 LEVEL = 0.05  # share of bundles with nothing missing that may exceed any of the thresholds, which share it evenly
-THRESHOLDS = 4  # a name's worth, two of misfit, and what any model gains
+SHARED_BY = 4  # thresholds: a name's worth, two of misfit, and what any model gains
 LEAST = 10  # such bundles; fewer say nothing about one in twenty
 ROUND, ROUND_MISFIT = 5.0, 0.05  # upwards; nats, and mean squares
 RESAMPLES = 200
@@ -27,7 +27,7 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
     which no effect promised anything are known to lie at 0 or below. No bundle seen would be given a name; a nearly chaotic one may be called unknown.
 
     Raises:
-        BadInput: too few cases with nothing concealed, or diagnosed by different code.
+        BadInput: too few cases with nothing concealed, none with a table or none without, or diagnosed by different code.
     """
     nulls = [outcome for outcome in outcomes if outcome.kind == "null" and outcome.found is not None]
     if len(nulls) < LEAST or len({outcome.found.table for outcome in nulls}) < 2:
@@ -91,7 +91,7 @@ def level_of(gains: np.ndarray, family: rv_continuous = gumbel_r) -> float:
     if len(np.unique(seen)) < 2:
         return float(gains.max())
     place, spread = family.fit(CensoredData(uncensored=seen, left=none, right=np.full(len(most), large)))
-    return float(family.ppf(1 - LEVEL / THRESHOLDS, place, spread))
+    return float(family.ppf(1 - LEVEL / SHARED_BY, place, spread))
 
 
 def write_thresholds(path: Path, measured: Measured) -> None:

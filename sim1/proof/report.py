@@ -10,20 +10,28 @@ from sim1.proof.score import Outcome
 from sim1.proof.start import read_campaign
 
 
-def rewrite(files: Files) -> Proof:
-    """Score again what is there and write both files.
+def scored(files: Files) -> Proof:
+    """What is known of a campaign, scored again; nothing is written.
 
     Raises:
         BadInput: no campaign, or its list or commitments are damaged.
     """
     drawn = read_campaign(files)
     records = [record for case in case_names(len(drawn.cases)) if (record := read_record(files, case)) is not None]
-    return write_proof(files, drawn, records, [judge(files, drawn, record) for record in records])
+    return proof_of(files, drawn, records, [judge(files, drawn, record) for record in records])
+
+
+def rewrite(files: Files) -> Proof:
+    """Score again what is there and write both files; raises as `scored` does."""
+    return _written(files, scored(files))
 
 
 def write_proof(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequence[Outcome | NotScored]) -> Proof:
     """Write both files about the cases so far."""
-    proof = proof_of(files, drawn, records, judged)
+    return _written(files, proof_of(files, drawn, records, judged))
+
+
+def _written(files: Files, proof: Proof) -> Proof:
     write_whole(files.root / "proof.json", proof)
     write_page(files.root / "proof.html", proof)
     return proof

@@ -8,13 +8,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks.concealed.case import Case, Plan
+from benchmarks.concealed.effects.measurement import GravityTilt
 from benchmarks.concealed.effects.tabletop import AnisotropicFriction
 from benchmarks.concealed.film import Stage, film, grid_for
 from benchmarks.concealed.grips import Poses
 from benchmarks.concealed.imitation import Misplaced, imitations, own, unknowns
 from benchmarks.concealed.markers import draw_markers
 from benchmarks.concealed.motions import MOTIONS
-from benchmarks.concealed.strength import moves_m, rms
+from benchmarks.concealed.strength import Scale, moves_m, rms
 
 NOISE_M = 5e-4
 DRIVES = ("left", "right", "bar", "front", "back", "pin")
@@ -33,7 +34,8 @@ def table():
     markers = draw_markers(setting, grid, np.random.default_rng(1))
     stage = Stage(setting, grid, markers, {drive: np.zeros(3) for drive in DRIVES}).coarser()
     plan = plan_of(setting, "shuttle")
-    return stage, plan, imitations(stage, [plan]), film(stage, plan, [])
+    without = film(stage, plan, [])
+    return stage, plan, imitations(stage, [plan], {plan.name: without}), without
 
 
 def left_of(table, mu_x: float, mu_y: float) -> float:
@@ -51,6 +53,29 @@ def test_more_friction_in_all_directions_is_imitated_by_more_friction(table):
 
 def test_friction_that_depends_on_the_direction_is_not(table):
     assert left_of(table, 1.4, 0.7) > 0.4
+
+
+def test_an_effect_of_a_pair_counts_for_what_the_other_does_not_imitate(table):
+    """A pull by friction across beside one that is half as strong, and beside a push of another kind."""
+    stage, plan, imitated, without = table
+    mu = stage.setting.friction
+    strong, half = (AnisotropicFriction({"mu_x": (1 + x) * mu, "mu_y": (1 - x) * mu}) for x in (0.4, 0.2))
+    tilt = GravityTilt({"tilt_x": 0.05, "tilt_y": 0.0})
+    films = {plan.name: without}
+    alone = Scale(
+        stage=stage,
+        rough=stage,
+        shown={"anisotropic_friction": [plan]},
+        without=films,
+        rough_without=films,
+        imitated=imitated,
+        others={},
+    )
+    counted = alone.strength("anisotropic_friction", strong, moved := alone.films("anisotropic_friction", strong))
+    assert alone.beside("anisotropic_friction", []) is alone
+    same, other = (alone.beside("anisotropic_friction", [effect]) for effect in (half, tilt))
+    assert same.strength("anisotropic_friction", strong, moved) < 0.4 * counted
+    assert 0.6 * counted < other.strength("anisotropic_friction", strong, moved) <= counted
 
 
 def test_what_unknowns_make_is_taken_off_and_what_is_across_them_stays():

@@ -5,15 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from small_bundle import empty_bundle
+from small_pool import fitted, pool_of
 
-from sim1.mismatch.decide import borne_out, decide, doubtful, explained, left, mean_square, with_doubtful
+from sim1.mismatch.decide import decide, explained, left, mean_square
 from sim1.mismatch.findings import probabilities
-from sim1.mismatch.fit import Fit, loss
-from sim1.mismatch.models import Model
 from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS
 
-FIRST, PER_TERM = 1000.0, THRESHOLDS.per_term
 WORTH_ALONE = replace(THRESHOLDS, gain=np.inf)  # nothing stands out by what it gains alone
 
 
@@ -26,42 +24,6 @@ def unknowns():
 def counted_once(monkeypatch):
     """Residuals here are made for their mean squares, not for how they vary in time; tests that ask for that say so."""
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.0)
-
-
-def pool_of(unknowns, gains, misfits=None):
-    """Models by terms, with the nats that each gains over the baseline, and mean squares of their residuals."""
-    misfits, pool = misfits or {}, []
-    for terms, gain in {(): 0.0, **gains}.items():
-        residual = np.full(10, np.sqrt(misfits.get(terms, 1.0)))
-        wanted = FIRST - gain - PER_TERM * len(terms)
-        made = Fit(
-            unknowns=unknowns,
-            z=np.zeros(0),
-            names=("only",),
-            residuals={"only": residual},
-            slopes={"only": np.zeros((10, 0))},
-            coarser={"only": np.zeros(10)},
-            stretch={"only": np.arange(10)},
-            temper={"only": float(loss(residual).sum()) / wanted},
-            converged=True,
-        )
-        pool.append(Model(terms=terms, fit=made, variants=1))
-    return pool
-
-
-def fitted(unknowns, **mean_squares):
-    """A fit by the mean squares of its recordings' residuals."""
-    return Fit(
-        unknowns=unknowns,
-        z=np.zeros(0),
-        names=tuple(mean_squares),
-        residuals={name: np.full(400, np.sqrt(value)) for name, value in mean_squares.items()},
-        slopes={name: np.zeros((400, 0)) for name in mean_squares},
-        coarser={name: np.zeros(400) for name in mean_squares},
-        stretch={name: np.arange(400) // 40 for name in mean_squares},
-        temper=dict.fromkeys(mean_squares, 1.0),
-        converged=True,
-    )
 
 
 def verdict(unknowns, gains, misfits=None):
@@ -175,59 +137,6 @@ def test_what_gains_more_than_nothing_missing_ever_does_is_no_nothing(unknowns, 
     assert verdict(table, {("wind",): 1.1 * THRESHOLDS.gain_table}) == ("unknown", ())
 
 
-def test_a_name_of_which_motion_held_out_leaves_less_than_a_name_s_worth_is_withdrawn(unknowns):
-    pool = pool_of(unknowns, {("air_drag",): 500.0})
-    found = decide(pool, THRESHOLDS)
-    kept = borne_out(found, pool, {("air_drag",): 500.0 - THRESHOLDS.named - 1.0}, THRESHOLDS)
-    assert (kept.verdict, kept.chosen.terms) == ("named", ("air_drag",))
-    withdrawn = borne_out(found, pool, {("air_drag",): 500.0 - THRESHOLDS.named + 1.0}, THRESHOLDS)
-    assert (withdrawn.verdict, withdrawn.chosen.terms, withdrawn.rivals) == ("unknown", (), ())
-    assert withdrawn.misfit == {"baseline": withdrawn.misfit["baseline"], "chosen": withdrawn.misfit["baseline"]}
-
-
-def test_motion_held_out_makes_no_name_out_of_too_little(unknowns):
-    pool = pool_of(unknowns, {("air_drag",): 0.9 * THRESHOLDS.named})
-    assert borne_out(decide(pool, THRESHOLDS), pool, {("air_drag",): -1000.0}, THRESHOLDS).verdict == "none"
-
-
-def test_a_second_effect_that_motion_held_out_speaks_against_is_taken_back_and_the_first_stays(unknowns):
-    pair, first = ("air_drag", "shrinkage"), ("air_drag",)
-    gains = {first: 400.0, ("shrinkage",): 90.0, pair: 400.0 + 2.0 * THRESHOLDS.second}
-    pool = pool_of(unknowns, gains)
-    found = decide(pool, THRESHOLDS)
-    assert found.chosen.terms == pair
-    silent = dict.fromkeys(gains, 0.0)
-    assert borne_out(found, pool, silent, THRESHOLDS).chosen.terms == pair
-    kept = borne_out(found, pool, silent | {pair: 1.1 * THRESHOLDS.second}, THRESHOLDS)
-    assert (kept.verdict, kept.chosen.terms) == ("named", first)
-    nothing = borne_out(found, pool, silent | {pair: 500.0, first: 390.0, ("shrinkage",): 80.0}, THRESHOLDS)
-    assert (nothing.verdict, nothing.chosen.terms) == ("unknown", ())
-
-
-def test_of_a_pair_that_motion_held_out_speaks_against_the_better_part_stays(unknowns):
-    pair, first, other = ("air_drag", "shrinkage"), ("air_drag",), ("shrinkage",)
-    pool = pool_of(unknowns, {first: 250.0, other: 200.0, pair: 250.0 + 1.3 * THRESHOLDS.second})
-    kept = borne_out(decide(pool, THRESHOLDS), pool, {pair: 60.0, first: 0.0, other: 0.0}, THRESHOLDS)
-    assert kept.chosen.terms == first
-
-
-def test_an_effect_that_adds_nearly_enough_is_named_where_motion_held_out_speaks_for_it(unknowns):
-    pair, first = ("air_drag", "shrinkage"), ("air_drag",)
-    pool = pool_of(unknowns, {first: 400.0, pair: 400.0 + 0.8 * THRESHOLDS.second})
-    found = decide(pool, THRESHOLDS)
-    assert found.chosen.terms == first
-    more = doubtful(found, pool, THRESHOLDS)
-    assert more.terms == pair
-    for said, named in ((0.0, first), (-0.3 * THRESHOLDS.second, pair)):
-        told = {pair: said, first: 0.0}
-        taken = with_doubtful(found, more, told, THRESHOLDS)
-        assert taken.chosen.terms == named
-        assert borne_out(taken, pool, told, THRESHOLDS).chosen.terms == named
-    little = pool_of(unknowns, {first: 400.0, pair: 400.0 + 0.3 * THRESHOLDS.second})
-    assert doubtful(decide(little, THRESHOLDS), little, THRESHOLDS) is None
-    assert doubtful(decide(little[:1], THRESHOLDS), little[:1], THRESHOLDS) is None
-
-
 def test_a_pair_gives_way_to_one_of_its_own_or_to_the_best_of_all_that_are_single(unknowns, monkeypatch):
     pair, part, other = ("air_drag", "shrinkage"), ("air_drag",), ("clock_offset",)
     pool = pool_of(unknowns, {pair: 2300.0, part: 2000.0, other: 1500.0})
@@ -258,10 +167,6 @@ def test_evidence_that_counts_one_error_many_times_makes_no_name(unknowns, monke
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 2.1)
     found = decide(pool, WORTH_ALONE)
     assert (found.verdict, found.chosen.terms) == ("none", ())
-    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.9)
-    kept = decide(pool, THRESHOLDS)
-    little = {("anisotropic_stretch",): 0.2 * THRESHOLDS.named}
-    assert borne_out(kept, pool, little, THRESHOLDS).verdict == "unknown"
 
 
 def test_an_effect_that_is_asked_for_now_more_now_less_follows_something_else(unknowns, monkeypatch):

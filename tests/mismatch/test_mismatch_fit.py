@@ -11,7 +11,7 @@ from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch import contest
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import fit, promised
+from sim1.mismatch.fit import fit, loss, promised, secant_weights
 from sim1.mismatch.models import Model, Tried, judged, widened, without
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Term, Unknowns, baseline
@@ -95,6 +95,14 @@ def test_slopes_that_somebody_guessed_are_not_believed_at_the_end(unknowns):
     straight = fit(engine, unknowns, np.zeros(2), ("only",), temper={"only": 1.0}, most=20)
     assert found.converged
     assert found.cost == pytest.approx(straight.cost, abs=0.5)
+
+
+def test_secant_weights_are_those_by_which_the_likelihood_gains_exactly_the_difference_of_squares():
+    rng = np.random.default_rng(0)
+    before = np.concatenate([rng.normal(size=50), 30.0 * rng.normal(size=50), [0.0, 1.0, 1.0, 1.0, -1.0]])
+    after = np.concatenate([rng.normal(size=100), [2.0, 1.0, 1.0 + 1e-9, 1.0 + 1e-4, 1.0]])
+    gained = secant_weights(before, after) * (before**2 - after**2) / 2
+    np.testing.assert_allclose(gained, loss(before) - loss(after), rtol=1e-9, atol=1e-14)
 
 
 def test_a_sample_that_counts_a_fourth_doubles_the_deviation(unknowns):

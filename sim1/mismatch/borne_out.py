@@ -1,0 +1,86 @@
+"""What motion that nobody fitted says of a decision: it takes names back, and may speak for one effect more."""
+
+from sim1.mismatch.decide import (
+    Decision,
+    best_of,
+    rating,
+    said_of,
+    steady,
+    unchanged,
+    worth_over,
+    worthy_of,
+)
+from sim1.mismatch.models import Model
+from sim1.mismatch.thresholds import Thresholds
+
+# By effects: nats by which motion held out is less likely with a model than with the baseline; below 0: more likely.
+type Against = dict[tuple[str, ...], float]
+
+
+def doubtful(decision: Decision, pool: list[Model], thresholds: Thresholds) -> Model | None:
+    """The best model with one effect more than was chosen that adds nearly enough: motion held out is asked whether it does."""
+    if not decision.chosen.terms or decision.rivals:
+        return None
+    least = thresholds.doubtful * thresholds.second
+    more = [one for one in pool if set(decision.chosen.terms) < set(one.terms)]
+    more = [one for one in more if worth_over(decision.chosen, one, thresholds) >= least]
+    return best_of(more, thresholds) if more else None
+
+
+def with_doubtful(
+    decision: Decision,
+    more: Model | None,
+    pool: list[Model],
+    against: Against,
+    thresholds: Thresholds,
+    measured: frozenset[str] = frozenset(),
+) -> Decision:
+    """The decision for the model with one effect more, if with what motion held out says it adds enough and stands."""
+    if more is None:
+        return decision
+    said = against[more.terms] - against[decision.chosen.terms]
+    if worth_over(decision.chosen, more, thresholds, said) < thresholds.second:
+        return decision
+    if not steady(decision.null, more, thresholds, frozenset()):
+        return decision
+    return _said_again(decision.null, more, pool, thresholds, measured)
+
+
+def borne_out(
+    decision: Decision,
+    pool: list[Model],
+    against: Against,
+    thresholds: Thresholds,
+    measured: frozenset[str] = frozenset(),
+) -> Decision:
+    """What motion that nobody fitted leaves of a decision.
+
+    An effect beside another stays if what it adds, there too, is worth a second one; what is left is `unknown` where it is no name's
+    worth any more, or no longer explains what is missing. `against`: see `Against`, of the chosen model and of its parts in the pool;
+    a part that motion held out was not asked about, as time ran out, takes nothing away.
+    """
+    null, best = decision.null, decision.chosen
+    if not best.terms:
+        return decision
+    asked = [part for part in parts_of(pool, best) if part.terms in against]
+    for part in sorted(asked, key=lambda model: rating(model, thresholds)):
+        said = against[best.terms] - against[part.terms]
+        if set(part.terms) < set(best.terms) and worth_over(part, best, thresholds, said) < thresholds.second:
+            best = part
+    kept = worth_over(null, best, thresholds, max(against[best.terms], 0.0)) >= thresholds.named
+    if not kept or not steady(null, best, thresholds, measured):
+        return unchanged("unknown", null)
+    return decision if best is decision.chosen else _said_again(null, best, pool, thresholds, measured)
+
+
+def parts_of(pool: list[Model], model: Model) -> list[Model]:
+    """Models with some of a model's effects, not all."""
+    return [one for one in pool if one.terms and set(one.terms) < set(model.terms)]
+
+
+def _said_again(
+    null: Model, best: Model, pool: list[Model], thresholds: Thresholds, measured: frozenset[str]
+) -> Decision:
+    """Another model leads: what it leaves unexplained and who rivals it are asked anew."""
+    standing = [model for model in worthy_of(pool, thresholds) if steady(null, model, thresholds, measured)]
+    return said_of(null, best, standing, thresholds, measured)
