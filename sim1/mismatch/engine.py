@@ -107,15 +107,15 @@ class Engine:
 
     @contextmanager
     def aside(self) -> Iterator[None]:
-        """Mesh, pull, and what is known of the errors of mesh and step, are at the end what they were, however it ends."""
-        kept = {name: (one.observed, one.defect_m, one.coarser_m) for name, one in self.stages.items()}
+        """Mesh, pull, resting shapes and what is known of the errors of mesh and step are at the end what they were, however it ends."""
+        kept = {name: (one.observed, one.defect_m, one.coarser_m, one.rest_m) for name, one in self.stages.items()}
         settings = self.finer, self.follow_hz
         try:
             yield
         finally:
             self.finer, self.follow_hz = settings
             for name, one in self.stages.items():
-                one.observed, one.defect_m, one.coarser_m = kept[name]
+                one.observed, one.defect_m, one.coarser_m, one.rest_m = kept[name]
 
     def coarser(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """What residuals (K,) would change by on a coarser mesh, by `refine`'s last look; zero before any."""

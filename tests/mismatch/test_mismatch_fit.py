@@ -249,7 +249,8 @@ def test_a_weak_stream_is_found_from_the_drag_of_still_air():
 def test_a_search_aside_leaves_the_mesh_and_its_errors_as_they_were_even_where_it_finds_no_way():
     with Engine(filmed(empty_bundle(motions=2))) as engine:
         engine.refine(plain_world(engine.bundle), engine.names)
-        before = engine.finer, engine.follow_hz, [engine.observed(name).mesh_m for name in engine.names]
+        known = [(engine.observed(name).mesh_m, engine.stages[name].rest_m) for name in engine.names]
+        before = engine.finer, engine.follow_hz
 
         def lost():
             with engine.aside():
@@ -259,8 +260,9 @@ def test_a_search_aside_leaves_the_mesh_and_its_errors_as_they_were_even_where_i
 
         with pytest.raises(NotConverged):
             lost()
-        assert (engine.finer, engine.follow_hz) == before[:2]
-        assert all(engine.observed(n).mesh_m is kept for n, kept in zip(engine.names, before[2], strict=True))
+        assert (engine.finer, engine.follow_hz) == before
+        for name, kept in zip(engine.names, known, strict=True):
+            assert (engine.observed(name).mesh_m, engine.stages[name].rest_m) == kept
 
 
 def test_noise_that_is_neither_stated_nor_measurable_is_asked_for():

@@ -74,7 +74,7 @@ def march(
     shapes[0] = x0[0]
     if len(leads):
         leads[:, 0] = x0[1:] - x0[0]
-    base = x[0]
+    base, known = x[0], False
     for n in range(1, steps):
         if n == 1:  # an implicit Euler step starts the two-step formula
             rate, mass_rate = 1.0 / dt, 1.0 / (dt * dt)
@@ -92,13 +92,15 @@ def march(
         for patience in (40, 120):
             last = newton(
                 base, hv[0], ha[0], rate, mass_rate, SLIDING_M_S, net, cloth, curvature[0], moment[0], crease[0],
-                targets[0], held_on[n], tolerance, patience, goals[0, n], goals_v[0, n], band, out, forces[n],
+                targets[0], held_on[n], tolerance, patience, goals[0, n], goals_v[0, n], known, band, out, forces[n],
             )  # fmt: skip
             if last >= 0.0:
                 break
+            known = False
             base[:] = x1[0]  # from the last shape, with patience
         if last < 0.0:
             return n
+        known = n > 1  # the matrix changes little from step to step, but for the first, which is of another formula
         if count > 1:
             goal, goal_v = (
                 np.ascontiguousarray(goals[:, n]),
@@ -110,6 +112,7 @@ def march(
             )  # fmt: skip
             if kind < 0:
                 return n
+            known = known and kind == 0
             x[1:] = base + 2.0 * (x1[1:] - x1[0]) - (x2[1:] - x2[0])  # the twins' lead grows as it did
             for _ in range(rounds):
                 answers(

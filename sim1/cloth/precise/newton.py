@@ -12,22 +12,23 @@ from sim1.cloth.precise.smooth_push import smooth_push, smooth_push_slope
 from sim1.cloth.precise.stiffness import derivative
 
 LONGEST_M = 0.1  # a Newton step moves no vertex further
+FACTOR_COSTS = 8  # iterations: an old factor is kept while so many more by it come to an end
 
 
 @njit(cache=True, nogil=True)
 def newton(
     x, hv, ha, rate, mass_rate, sliding, net, cloth, curvature, moment, crease, target, held_on,
-    tolerance, most, goal, goal_v, band, out, force,
+    tolerance, most, goal, goal_v, known, band, out, force,
 ):  # fmt: skip
     """Solve a step of the base in place, with a line search that asks forces alone. Returns the last change [m].
 
     Negative: not converged, by so much; -inf: no matrix could be factorized or nothing is finite any more. `out` (V, 3) is
-    left with the residual, `force` (M, 3) with the pull on the markers.
+    left with the residual, `force` (M, 3) with the pull on the markers. `known`: `band` holds a factor of a similar shape.
     """
     change = np.zeros_like(x)
     v, acc = np.empty_like(x), np.empty_like(x)
     last, size, share, first = 1e30, 1e30, 1.0, 0.0
-    old, fresh = True, True
+    old, fresh = not known, True
     trial = searches = 0
     rows, nowhere = coupling(net, held_on, cloth.scalar[0, COMPLIANCE], x.size), np.empty(0, np.int32)
     while True:
@@ -47,7 +48,8 @@ def newton(
                 continue
             if size < tolerance:
                 return size
-            old = share < 0.99 or (trial > 1 and size > 0.25 * last) or trial > 10
+            slow = trial > 1 and size * (size / last) ** FACTOR_COSTS > tolerance
+            old = share < 0.99 or slow or trial > 10
             last = 1e30 if old else size
             if trial >= most:
                 return -size

@@ -47,7 +47,7 @@ def rest(x, net, cloth, paths, held_on, tolerance, goals, *, rounds=8, most=600)
             before = base.copy()
             newton(
                 base, -before / h, -before / (h * h), 1.0 / h, 1.0 / (h * h), RESTING_M / h, net, cloth,
-                nothing, nothing, crease[0], paths[0], held_on, 1e-11, 20, goal, still[0], band, out, force,
+                nothing, nothing, crease[0], paths[0], held_on, 1e-11, 20, goal, still[0], False, band, out, force,
             )  # fmt: skip
         full, pivot = np.empty((3 * size, 3 * (band.shape[1] - 1) + 1)), np.empty(3 * size, np.int32)
         kind = matrix(
@@ -86,7 +86,7 @@ def _settled(base, net, cloth, crease, path, held_on, tolerance, goal, still, ba
         before = base.copy()
         last = newton(
             base, -before / h, -before / (h * h), 1.0 / h, 1.0 / (h * h), RESTING_M / h, net, cloth,
-            nothing, nothing, crease, path, held_on, 1e-7, 8, goal, still, band, out, force,
+            nothing, nothing, crease, path, held_on, 1e-7, 8, goal, still, False, band, out, force,
         )  # fmt: skip
         if last == -np.inf:
             base[:] = before
