@@ -124,11 +124,26 @@ def enter(root: Path, monkeypatch: pytest.MonkeyPatch) -> Project:
     return Project(root)
 
 
+def storages(folder: str) -> dict[str, Any]:
+    """Dagster's own in SQLite, with the events of all runs in one file: a quarter less time for a toy."""
+    kinds = {
+        "run_storage": ("runs", "SqliteRunStorage"),
+        "event_log_storage": ("event_log", "ConsolidatedSqliteEventLogStorage"),
+        "schedule_storage": ("schedules", "SqliteScheduleStorage"),
+    }
+    return {
+        name: {"module": f"dagster._core.storage.{module}", "class": kind, "config": {"base_dir": folder}}
+        for name, (module, kind) in kinds.items()
+    }
+
+
 def furnish(root: Path) -> None:
     """Two garments and the small graph."""
     (root / "pipeline" / "profiles").mkdir(parents=True)
     (root / "data" / "garments").mkdir(parents=True)
-    shutil.copy(REPOSITORY / "dagster.yaml", root)
+    settings = yaml.safe_load((REPOSITORY / "dagster.yaml").read_text())
+    folder = settings.pop("storage")["sqlite"]["base_dir"]
+    (root / "dagster.yaml").write_text(yaml.safe_dump(settings | storages(folder)))
     (root / "pipeline" / "profiles" / "quick.yaml").write_text("{}\n")
     project = Project(root)
     project.stages()
