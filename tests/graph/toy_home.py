@@ -1,7 +1,6 @@
 """A home folder with toy stages, and the tools to change its inputs and count what is re-derived."""
 
 import os
-import shutil
 import subprocess
 import sys
 from dataclasses import dataclass
