@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sim1.cloth.precise.band_solve import BLOCK, solve_many
 from sim1.cloth.precise.lapack import factor, factor_any, solve, solve_any
 
 SIZE, WIDTH = 12, 3
@@ -50,3 +51,19 @@ def test_an_indefinite_matrix_is_refused_by_cholesky_and_solved_with_pivots(symm
 def test_a_singular_matrix_is_refused():
     room, pivot = np.empty((SIZE, 3 * WIDTH + 1)), np.empty(SIZE, np.int32)
     assert factor_any(np.zeros((SIZE, WIDTH + 1)), room, pivot) > 0
+
+
+@pytest.mark.parametrize("size", [1, BLOCK, BLOCK + 1, 3 * BLOCK - 5, 200])
+@pytest.mark.parametrize("width", [BLOCK, BLOCK + 1, 2 * BLOCK, 100])
+@pytest.mark.parametrize("count", [1, 13])
+def test_many_right_sides_at_once_are_solved_as_each_is_alone(size, width, count):
+    """Sizes around those at which blocks end, a band narrower and wider than the matrix, and junk in what no matrix has."""
+    stream = np.random.default_rng(1)
+    band = stream.standard_normal((size, width + 1)) / (2 * width)
+    band[:, 0] = 1.5
+    right = stream.standard_normal((count, size))
+    assert factor(band) == 0
+    one_by_one, at_once = right.copy(), right.copy()
+    solve(band, one_by_one)
+    solve_many(band, at_once)
+    np.testing.assert_allclose(at_once, one_by_one, rtol=1e-12, atol=1e-14)

@@ -7,6 +7,7 @@ banded matrix holds; as the coupling has rank three per grip, solutions of the u
 import numpy as np
 from numba import njit
 
+from sim1.cloth.precise.band_solve import BLOCK, solve_many
 from sim1.cloth.precise.lapack import solve, solve_any
 
 GRIP_M_N = 5e-5  # compliance per vertex of a grip that "holds exactly": 5 um at 0.1 N
@@ -64,7 +65,9 @@ def solve_coupled(kind, band, full, pivot, rows, right):
 
 @njit(cache=True, nogil=True)
 def _solve(kind, band, full, pivot, right):
-    if kind == 0:
-        solve(band, right)
-    else:
+    if kind != 0:
         solve_any(full, pivot, right)
+    elif len(right) > 1 and band.shape[1] > BLOCK:
+        solve_many(band, right)
+    else:
+        solve(band, right)

@@ -33,14 +33,14 @@ LOST = 1e3  # a lead that has grown so much tells nothing: the sheet is chaotic 
 def matrix(x, hv, rate, mass_rate, sliding, net, cloth, curvature, moment, held_on, goal, band, full, pivot):
     """Factorize the matrix, compressed faces included, at the base's shape. 0: into `band`; 1: not definite, into `full`; -1: singular."""
     v = rate * x + hv
-    derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, held_on, False, band)
-    if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
-        pull_slope(net, cloth.scalar[0], goal, rate, band)
-    smooth_push_slope(cloth.push, rate, band)
-    plain = band.copy()
-    if factor(band) == 0:
-        return 0
-    return 1 if factor_any(plain, full, pivot) == 0 else -1
+    for attempt in range(2):
+        derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, held_on, False, band)
+        if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
+            pull_slope(net, cloth.scalar[0], goal, rate, band)
+        smooth_push_slope(cloth.push, rate, band)
+        if attempt == 0 and factor(band) == 0:
+            return 0
+    return 1 if factor_any(band, full, pivot) == 0 else -1
 
 
 @njit(cache=True, nogil=True)
