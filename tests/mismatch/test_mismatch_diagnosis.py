@@ -61,6 +61,7 @@ def test_the_files_read_back_and_the_page_says_the_verdict(dragged):
     assert shares[-1] == 1.0
 
 
+@pytest.mark.slow
 def test_an_oracle_that_is_told_of_the_drag_has_nothing_more_to_gain(dragged):
     bundle, _, verdict, _ = dragged
     told_m = heldout_m(bundle, {"air_drag": {"c_normal": 3.0, "c_tangential": 0.0}}, {"area_density_kg_m2": 0.2})
@@ -106,6 +107,7 @@ def test_nothing_concealed_is_called_nothing(still_air):
     assert still_air.chosen.terms == ()
 
 
+@pytest.mark.slow
 def test_an_effect_shows_from_the_strength_on_that_was_foretold_without_it(still_air):
     """Gains grow with the square of the strength; the forecast of that is linear, so it is held to a factor of 1.6 in strength."""
     rows = {(row.effect, row.coefficient): row for row in detectable(still_air.screened, THRESHOLDS)}

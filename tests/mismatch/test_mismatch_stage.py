@@ -32,7 +32,7 @@ FABRIC = {
     "bending_n_m": {"value": 2.0e-5, "log_std": 0.7},
     "damping_s": {"value": 1.0e-3, "log_std": 1.0},
 }
-AIRY = {"lab_vertices_per_side": 22, "lab_step_s": 1 / 120}
+AIRY = {"vertices_per_side": 6, "lab_vertices_per_side": 16, "lab_step_s": 1 / 120}
 AIRLESS = {
     "vertices_per_side": 6,
     "lab_vertices_per_side": 16,

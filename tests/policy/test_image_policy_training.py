@@ -148,7 +148,10 @@ def kill_at(step: int, dataset, config, episodes, folder, plan) -> None:
         fit(dataset, config, episodes, folder, plan)
 
 
-@pytest.mark.parametrize("steps", [(5,), (2, 7)], ids=["between epochs", "twice, in epochs"])
+@pytest.mark.parametrize(
+    "steps",
+    [pytest.param((5,), marks=pytest.mark.slow, id="between epochs"), pytest.param((2, 7), id="twice, in epochs")],
+)
 def test_a_killed_and_resumed_training_ends_with_the_bytes_of_an_undisturbed_one(
     tmp_path, dataset, config, episodes, steps
 ):
