@@ -26,13 +26,13 @@ def counted_once(monkeypatch):
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.0)
 
 
-def verdict(unknowns, gains, misfits=None):
-    found = decide(pool_of(unknowns, gains, misfits), THRESHOLDS)
+def verdict(unknowns, gains, misfits=None, thresholds=THRESHOLDS):
+    found = decide(pool_of(unknowns, gains, misfits), thresholds)
     return found.verdict, found.chosen.terms
 
 
 def test_a_gain_below_the_threshold_is_nothing(unknowns):
-    assert verdict(unknowns, {("air_drag",): THRESHOLDS.named - 1}) == ("none", ())
+    assert verdict(unknowns, {("air_drag",): THRESHOLDS.named - 1}, thresholds=WORTH_ALONE) == ("none", ())
     assert verdict(unknowns, {("air_drag",): THRESHOLDS.named + 1}) == ("named", ("air_drag",))
 
 
@@ -150,11 +150,11 @@ def test_a_pair_gives_way_to_one_of_its_own_or_to_the_best_of_all_that_are_singl
 
 def test_an_effect_whose_strength_could_be_nothing_is_no_name_however_much_it_gains(unknowns, monkeypatch):
     """A magnet makes a tilt gain, and each recording asks for another tilt."""
-    pool = pool_of(unknowns, {("gravity_tilt",): 120.0, ("wind",): 20.0})
+    pool = pool_of(unknowns, {("gravity_tilt",): 1.7 * THRESHOLDS.named, ("wind",): 20.0})
     monkeypatch.setattr("sim1.mismatch.decide.established", lambda fit, level: fit is not pool[1].fit)
     found = decide(pool, THRESHOLDS)
     assert (found.verdict, found.chosen.terms) == ("unknown", ())
-    pool = pool_of(unknowns, {("gravity_tilt",): 120.0, ("wind",): 80.0})
+    pool = pool_of(unknowns, {("gravity_tilt",): 1.7 * THRESHOLDS.named, ("wind",): 1.1 * THRESHOLDS.named})
     monkeypatch.setattr("sim1.mismatch.decide.established", lambda fit, level: fit is not pool[1].fit)
     assert decide(pool, THRESHOLDS).chosen.terms == ("wind",)
 
