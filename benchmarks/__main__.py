@@ -9,10 +9,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks import frames, lineage, remeshing, rendering
+from benchmarks import band_solving, frames, lineage, remeshing, rendering
 from benchmarks.solver.__main__ import main as compare_solvers
 
-BENCHMARKS = (lineage.compare, remeshing.compare, frames.compare, rendering.compare)
+BENCHMARKS = (lineage.compare, remeshing.compare, frames.compare, rendering.compare, band_solving.compare)
 
 
 def main() -> None:

@@ -85,10 +85,10 @@ def _diagnose(
     foretold = {"baseline": foretold_by(engine, decision.null, engine.names)}
     named, more = decision.chosen, None if stopped else doubtful(decision, found.pool, thresholds)
     told = {(): {name: foretold["baseline"][name] for name in heldout}}  # by effects
-    parts = [] if stopped else parts_of(found.pool, more or named)
-    late = [one for one in found.pool if one.terms and set(one.terms) <= delays]
-    asked = list({one.terms: one for one in (named, more, *parts, *late) if one is not None}.values())
-    asked = asked if named.terms else []
+    others = [] if stopped else [*parts_of(found.pool, more or named), *([more] if more else [])]
+    if others:  # where one of them leads in the end and leaves too much, a delay that was measured does
+        others += [one for one in found.pool if one.terms and set(one.terms) <= delays]
+    asked = list({one.terms: one for one in (named, *others)}.values()) if named.terms else []
     told |= {model.terms: foretold_by(engine, model, heldout) for model in asked}
     against = nats_against(engine, decision.null, asked, told, heldout)
     decision = with_doubtful(decision, more, found.pool, against, thresholds, delays)

@@ -124,7 +124,7 @@ def enter(root: Path, monkeypatch: pytest.MonkeyPatch) -> Project:
 
 
 def storages(folder: str) -> dict[str, Any]:
-    """Dagster's own in SQLite, with the events of all runs in one file: a quarter less time for a toy."""
+    """Dagster's own in SQLite, with the events of all runs in one file: a toy need not make a database for each."""
     kinds = {
         "run_storage": ("runs", "SqliteRunStorage"),
         "event_log_storage": ("event_log", "ConsolidatedSqliteEventLogStorage"),

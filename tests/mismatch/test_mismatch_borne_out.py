@@ -4,24 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_bundle import empty_bundle
 from small_pool import pool_of
 
 from sim1.mismatch.borne_out import borne_out, doubtful, with_doubtful
 from sim1.mismatch.decide import decide
-from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS
 
-
-@pytest.fixture(scope="module")
-def unknowns():
-    return replace(baseline(empty_bundle(motions=2)), nominal=())
-
-
-@pytest.fixture(autouse=True)
-def counted_once(monkeypatch):
-    """Residuals here are made for their mean squares, not for how they vary in time; tests that ask for that say so."""
-    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.0)
+pytestmark = pytest.mark.usefixtures("counted_once")
 
 
 def test_a_name_of_which_motion_held_out_leaves_less_than_a_name_s_worth_is_withdrawn(unknowns):
@@ -119,3 +108,14 @@ def test_a_part_that_there_was_no_time_to_ask_about_takes_nothing_away(unknowns)
     pool = pool_of(unknowns, {first: 400.0, pair: 600.0})
     found = decide(pool, THRESHOLDS)
     assert borne_out(found, pool, {pair: 0.0}, THRESHOLDS) is found
+
+
+def test_where_a_part_explains_too_little_a_delay_that_was_measured_leads(unknowns):
+    pair, first, late = ("actuator_lag", "shrinkage"), ("shrinkage",), ("actuator_lag",)
+    pool = pool_of(unknowns, {first: 400.0, late: 390.0, pair: 600.0}, {(): 9.0, first: 7.4, late: 7.5, pair: 1.0})
+    against = {pair: 190.0, first: 0.0, late: 0.0}
+    measured = frozenset({"actuator_lag", "clock_offset"})
+    found = decide(pool, THRESHOLDS, measured)
+    assert found.chosen.terms == pair
+    kept = borne_out(found, pool, against, THRESHOLDS, measured)
+    assert (kept.verdict, kept.chosen.terms) == ("named", late)

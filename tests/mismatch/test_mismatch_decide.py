@@ -4,26 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_bundle import empty_bundle
 from small_pool import fitted, pool_of
 
 from sim1.mismatch.decide import decide, explained, left, mean_square
 from sim1.mismatch.findings import probabilities
-from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS
 
 WORTH_ALONE = replace(THRESHOLDS, gain=np.inf)  # nothing stands out by what it gains alone
 
 
-@pytest.fixture(scope="module")
-def unknowns():
-    return replace(baseline(empty_bundle(motions=2)), nominal=())
-
-
-@pytest.fixture(autouse=True)
-def counted_once(monkeypatch):
-    """Residuals here are made for their mean squares, not for how they vary in time; tests that ask for that say so."""
-    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.0)
+pytestmark = pytest.mark.usefixtures("counted_once")
 
 
 def verdict(unknowns, gains, misfits=None, thresholds=THRESHOLDS):

@@ -42,4 +42,5 @@ def test_an_episode_is_simulated_again_from_its_record_alone(home, sim1):
         for stage in ("seed_demos", "candidate_trajectories")
     )
     assert "the same bytes" in sim1("replay", str(demonstrated)).stdout
+    assert "the same bytes" in sim1("replay", str(made)).stdout
     assert "the same bytes" in sim1("replay", str(made), "--from-seed").stdout

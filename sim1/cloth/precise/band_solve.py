@@ -1,7 +1,7 @@
 """Many right-hand sides against one banded Cholesky factor, block by block.
 
 LAPACK's `dpbtrs` goes through the whole factor for every right-hand side. A block of columns against all of them at once is work for
-BLAS's matrix products: for a dozen twins less than half of the time, for the seventy of a screening a third.
+BLAS's matrix products (`python -m benchmarks` says how much is saved).
 """
 
 import llvmlite.binding
@@ -23,6 +23,7 @@ _dgemm = types.ExternalFunction(
 )
 
 BLOCK = 32  # columns
+PLAIN, TURNED, LOWER = 78, 84, 76  # "N", "T", "L", as BLAS is told
 
 
 @njit(cache=True, nogil=True)
@@ -50,19 +51,24 @@ def solve_many(band: np.ndarray, right: np.ndarray) -> None:
                 for r in range(min(c + 1, last)):
                     corner[c * BLOCK + r] = factor[at + c * width + width + r]
             if not backwards:
-                _triangle(78, factor[at:], size, fixed, ones, x[j:])
-            if below > 0:
-                _take(backwards, factor[at + own :], fixed[1:], size[1:], size, fixed, ones, x[j:], x[j + own :])
-            if last > 0:
-                _take(backwards, corner, fixed[3:], size[2:], size, fixed, ones, x[j:], x[j + width :])
+                _triangle(PLAIN, factor[at:], size, fixed, ones, x[j:])
+            for piece in range(2):  # the rectangle, the triangle
+                rows, away = size[1 + piece :], width if piece else own
+                under, leading = (corner, fixed[3:]) if piece else (factor[at + own :], fixed[1:])
+                if rows[0] == 0:
+                    continue
+                if backwards:
+                    _subtract(TURNED, under, leading, size, rows, fixed, ones, x[j + away :], x[j:])
+                else:
+                    _subtract(PLAIN, under, leading, rows, size, fixed, ones, x[j:], x[j + away :])
             if backwards:
-                _triangle(84, factor[at:], size, fixed, ones, x[j:])
+                _triangle(TURNED, factor[at:], size, fixed, ones, x[j:])
 
 
 @njit(cache=True, nogil=True)
 def _triangle(how, factor, size, fixed, ones, x):
-    """Solve with the block on the diagonal (78, "N") or its transpose (84, "T")."""
-    letters = np.array([76, how, 78], np.uint8)  # "L", how, "N"
+    """Solve with the block on the diagonal, or its transpose."""
+    letters = np.array([LOWER, how, PLAIN], np.uint8)  # the last: what is on the diagonal is not one
     _dtrsm(
         letters.ctypes,
         letters.ctypes,
@@ -79,38 +85,21 @@ def _triangle(how, factor, size, fixed, ones, x):
 
 
 @njit(cache=True, nogil=True)
-def _take(backwards, factor, leading, rows, size, fixed, ones, x, other):
-    """`other` -= factor @ x, or backwards x -= factor^T @ `other`; `rows` of the factor, leading dimension `leading`."""
-    letters = np.array([78, 84], np.uint8)  # "N", "T"
-    if backwards:
-        _dgemm(
-            letters[1:].ctypes,
-            letters.ctypes,
-            size.ctypes,
-            fixed.ctypes,
-            rows.ctypes,
-            ones[1:].ctypes,
-            factor.ctypes,
-            leading.ctypes,
-            other.ctypes,
-            fixed[2:].ctypes,
-            ones.ctypes,
-            x.ctypes,
-            fixed[2:].ctypes,
-        )
-    else:
-        _dgemm(
-            letters.ctypes,
-            letters.ctypes,
-            rows.ctypes,
-            fixed.ctypes,
-            size.ctypes,
-            ones[1:].ctypes,
-            factor.ctypes,
-            leading.ctypes,
-            x.ctypes,
-            fixed[2:].ctypes,
-            ones.ctypes,
-            other.ctypes,
-            fixed[2:].ctypes,
-        )
+def _subtract(how, factor, leading, rows, inner, fixed, ones, source, target):
+    """`target` -= factor @ `source`, or factor^T @ `source`: `rows` by `inner` numbers, with leading dimension `leading`."""
+    letters = np.array([how, PLAIN], np.uint8)
+    _dgemm(
+        letters.ctypes,
+        letters[1:].ctypes,
+        rows.ctypes,
+        fixed.ctypes,
+        inner.ctypes,
+        ones[1:].ctypes,
+        factor.ctypes,
+        leading.ctypes,
+        source.ctypes,
+        fixed[2:].ctypes,
+        ones.ctypes,
+        target.ctypes,
+        fixed[2:].ctypes,
+    )
