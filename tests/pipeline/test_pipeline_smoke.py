@@ -10,7 +10,7 @@ from pipeline import load_graph
 
 @pytest.mark.timeout(1500)
 def test_a_scan_becomes_a_dataset_and_a_curve_and_a_second_run_makes_nothing(home, sim1):
-    answer = sim1("run", "--profile", "smoke", "--variant", "base")
+    answer = sim1("run", "--profile", "smoke", "--variant", "base", "--jobs", "1")
     assert answer.returncode == 0, answer.stdout[-4000:] + answer.stderr[-4000:]
     graph = load_graph(home, "smoke")
     base = [node for node in graph.nodes.values() if not node.variant and not node.stage.compares]
@@ -19,7 +19,7 @@ def test_a_scan_becomes_a_dataset_and_a_curve_and_a_second_run_makes_nothing(hom
     page = html.unescape((home.store / "report.html").read_text())
     assert [node.id for node in base if node.stage.summary not in page] == []
 
-    again = sim1("run", "--profile", "smoke", "--variant", "base")
+    again = sim1("run", "--profile", "smoke", "--variant", "base", "--jobs", "1")
     assert f"0 made, {len(base)} fresh already" in again.stdout
 
     rows = json.loads(sim1("status", "--profile", "smoke", "--json").stdout)
