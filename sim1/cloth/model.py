@@ -8,6 +8,9 @@ from sim1.cloth.config import GRAVITY_M_S2, PATH_SHARE, CellConfig
 from sim1.cloth.garment import GarmentMesh, unique_edges
 from sim1.cloth.physics import ClothPhysics, membrane
 
+TABLE = 0  # number of the table's shape
+CONTACT_GAP_M = 0.005  # solids are looked for this near
+
 
 def build_model(
     garment: GarmentMesh, physics: ClothPhysics, config: CellConfig, table_size_m: tuple[float, float]
@@ -24,7 +27,7 @@ def build_model(
     )
     half = 0.5 * np.asarray(table_size_m)
     deep = 0.1  # thicker than any table top: a vertex pressed in is always pushed out upwards
-    builder.add_shape_box(
+    builder.add_shape_box(  # the first shape: TABLE
         -1, xform=wp.transform((0.0, 0.0, -deep), wp.quat_identity()), hx=half[0], hy=half[1], hz=deep, cfg=table
     )
     inset = config.finger_rounding_m
@@ -84,8 +87,10 @@ def hinge_stiffness(garment: GarmentMesh, edges: np.ndarray, bending_n_m: float)
     return bending_n_m * np.linalg.norm(along, axis=1) / np.maximum(area, 1e-12)
 
 
-def contacts_of(model: Any, config: CellConfig) -> tuple[Any, Any]:
+def contacts_of(model: Any, physics: ClothPhysics, config: CellConfig) -> tuple[Any, Any]:
     """Detection of the cloth against solids: vertices against all; edges and faces against the fingers alone.
+
+    As far as the cloth clings, if it does.
 
     A finger is narrower than the cloth's edges are long: with vertices alone it would slip through a triangle and stay
     hooked in it. The table is flat, vertices are enough there.
@@ -93,9 +98,13 @@ def contacts_of(model: Any, config: CellConfig) -> tuple[Any, Any]:
     import newton
     import warp as wp
 
+    from sim1.cloth.effects import Adhesion, acted_effects
+
     pipeline = newton.CollisionPipeline(
         model,
-        soft_contact_gap=0.005,
+        soft_contact_gap=max(
+            [CONTACT_GAP_M, *(e.reach for e in acted_effects(physics.effects) if isinstance(e, Adhesion))]
+        ),
         include_static_kinematic_pairs=False,
         broad_phase="explicit",
         enable_rigid_soft_full_surface_contact=config.finger_surface_contact,
@@ -142,4 +151,5 @@ def solver_of(model: Any, garment: GarmentMesh, physics: ClothPhysics, config: C
             self_contact=layers,
         ),
         effects=acted_effects(physics.effects),
+        table=TABLE,
     )

@@ -52,7 +52,7 @@ class ClothWorld:
             self._model = build_model(garment, physics, config, table_size_m)
             self._states = [self._model.state(), self._model.state()]
             self._control = self._model.control()
-            self._pipeline, self._contacts = contacts_of(self._model, config)
+            self._pipeline, self._contacts = contacts_of(self._model, physics, config)
             self._solver = solver_of(self._model, garment, physics, config)
             count = config.substeps + 1
             self._body_path = [wp.zeros(2 * BODIES_PER_ARM, dtype=wp.transform) for _ in range(count)]

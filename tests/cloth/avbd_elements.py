@@ -22,7 +22,7 @@ def _membranes(
     block: wp.array2d(dtype=wp.mat33),
 ):
     t, corner = wp.tid()
-    f, h = membrane(parts[t, corner], sheet[0].slack, now, step)
+    f, h = membrane(parts[t, corner], sheet[0].slack, sheet[0].growth, now, step)
     force[t, corner] = f
     block[t, corner] = h
 

@@ -96,12 +96,13 @@ class Run:
         dt: float,
         touching: bool = False,
         effects: tuple[Effect, ...] = (),
+        table: int | None = None,
         moves_bodies: bool = False,
         **config: Any,
     ) -> None:
         self.model, self.dt = model, dt
         numbers = AVBDConfig(**{**UNLIMITED, **config})
-        self.solver = SolverAVBD(model, numbers, effects=effects, moves_bodies=moves_bodies)
+        self.solver = SolverAVBD(model, numbers, effects=effects, table=table, moves_bodies=moves_bodies)
         self.now, self.then = model.state(), model.state()
         self.pipeline = newton.CollisionPipeline(model, soft_contact_gap=0.005) if touching else None
         self.contacts = self.pipeline.contacts() if touching else None

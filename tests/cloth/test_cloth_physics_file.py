@@ -81,11 +81,11 @@ def test_plane_stress_moduli_give_back_youngs_modulus_and_poisson_ratio():
 def test_the_cell_gets_the_same_fabric_with_what_it_acts_and_is_told_what_it_lacks():
     entries = tuple(
         {"name": name, "parameters": {key: {"value": 1.0}}}
-        for name, key in (("clock_offset", "offset"), ("air_drag", "c_normal"), ("adhesion", "pressure"))
+        for name, key in (("clock_offset", "offset"), ("air_drag", "c_normal"), ("bending_hysteresis", "moment"))
     )
     physics = replace(nominal_from_priors(FABRIC), effects=entries)
     acted = cell_physics(physics)
     assert acted == replace(physics, effects=entries[1:2])
-    assert effects_left_out(physics, acted) == ("adhesion",)
-    assert effects_left_out(physics, nominal_from_priors(FABRIC)) == ("air_drag", "adhesion")
+    assert effects_left_out(physics, acted) == ("bending_hysteresis",)
+    assert effects_left_out(physics, nominal_from_priors(FABRIC)) == ("air_drag", "bending_hysteresis")
     assert acted_effects(acted.effects) == (AirDrag(c_normal=1.0),)

@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sim1.cloth.config import FRAME_S, GRAVITY_M_S2, CellConfig
+from sim1.cloth.effects import EFFECTS, acts
 from sim1.cloth.garment import checked_mesh, grid_towel
 from sim1.cloth.model import build_model
 from sim1.cloth.physics import ClothPhysics, Friction, Property
@@ -184,3 +187,34 @@ def test_what_broke_first_is_named_and_the_last_states_are_kept(tmp_path):
     with np.load(path) as kept:
         assert kept["garment_m"].shape == (3, *STRIP.rest_m.shape)
         assert '"max_strain": 0.05' in str(kept["parameters"])
+
+
+ACTED = {
+    "added_mass": {"mass": 0.05},
+    "adhesion": {"pressure": 1.0, "reach": 0.008},
+    "anisotropic_friction": {"mu_x": 0.5, "mu_y": 0.3},
+    "anisotropic_stretch": {"ratio_warp_weft": 1.5},
+    "plastic_crease": {"yield_curvature": 20.0, "retained": 0.5},
+    "rest_curvature": {"kappa_u": 2.0, "kappa_v": 0.0},
+    "shrinkage": {"scale_u": 0.98, "scale_v": 1.01},
+    "static_friction": {"ratio": 1.5, "stribeck_speed": 0.01},
+    "strain_stiffening": {"growth": 50.0},
+    "wind": {"c_normal": 1.3, "vx": 0.2, "vy": 0.0, "vz": 0.0},
+}
+
+
+def test_a_world_with_all_named_physics_that_it_acts_repeats_itself_after_a_reset():
+    assert {*ACTED, "air_drag"} == {name for name, effect in EFFECTS.items() if acts(effect)}
+    entries = tuple(
+        {"name": name, "parameters": {key: {"value": value} for key, value in values.items()}}
+        for name, values in ACTED.items()
+    )
+    world = ClothWorld(STRIP, replace(CLOTH, effects=entries), CellConfig())
+    plain = ClothWorld(STRIP, CLOTH, CellConfig())
+    ends = []
+    for one in (world, world, plain):
+        one.reset(FOLDED, PARKED, np.zeros(2))
+        one.push(np.array([0.3, 0.0, 0.0]))
+        ends.append(run(one, 8))
+    assert ends[0].tobytes() == ends[1].tobytes()
+    assert np.abs(ends[0] - ends[2]).max() > 1e-3

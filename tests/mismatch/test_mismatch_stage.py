@@ -139,12 +139,15 @@ def test_an_effect_that_the_cell_cannot_act_is_warned_of_by_name_and_kept_out_of
     folder = tmp_path / "calibrated"
     shutil.copytree(airy[0]["calibrated_physics"], folder)
     model = read_physics(folder / "model.yaml")
-    sticky = {"name": "adhesion", "parameters": {"pressure": {"value": 1.0, "ci95": [0.5, 1.5], "unit": "Pa"}}}
-    write_physics(folder / "model.yaml", replace(model, effects=(*model.effects, sticky)))
+    rubbing = {
+        "name": "bending_hysteresis",
+        "parameters": {"moment": {"value": 1e-4, "ci95": [5e-5, 2e-4], "unit": "N"}},
+    }
+    write_physics(folder / "model.yaml", replace(model, effects=(*model.effects, rubbing)))
     findings = check_calibrated_physics(folder)
     assert failed(findings) == [("cell_acts_effects", False)]
-    assert "adhesion" in findings[-1].detail
-    write_physics(folder / "cell.yaml", replace(model, effects=(*model.effects, sticky)))
+    assert "bending_hysteresis" in findings[-1].detail
+    write_physics(folder / "cell.yaml", replace(model, effects=(*model.effects, rubbing)))
     assert ("model_reads", True) in failed(check_calibrated_physics(folder))
 
 

@@ -44,7 +44,7 @@ def new_touches(vertex_count: int, capacity: int) -> Touches:
     touches.vertex = wp.zeros(size, dtype=wp.vec4i)
     for name, dtype in (("weight", wp.vec4), ("normal", wp.vec3), ("anchor", wp.vec3), ("parting", wp.vec3)):
         setattr(touches, name, wp.zeros(size, dtype=dtype))
-    for name in ("offset", "stiffness", "damping", "friction", "least"):
+    for name in ("offset", "stiffness", "damping", "friction", "skew", "least"):
         setattr(touches, name, wp.zeros(size, dtype=float))
     for name in ("shape", "near", "first_side"):
         setattr(touches, name, wp.zeros(size, dtype=wp.int32))

@@ -56,7 +56,7 @@ def slackened(part: Part, s1: float, s2: float, strain: wp.vec3, share: float):
 
 
 @wp.func
-def membrane(part: Part, slack: float, now: wp.array(dtype=Iterate), step: StepNumbers):
+def membrane(part: Part, slack: float, growth: float, now: wp.array(dtype=Iterate), step: StepNumbers):
     """Force [N] and Hessian block [N/m] of a triangle on what moves with it: S = C G + 4 kd dG/dt, f = -A F S b."""
     f1, f2 = frame(part.corner, part.pose, now[0].x)
     b1 = part.slope[0]
@@ -69,6 +69,13 @@ def membrane(part: Part, slack: float, now: wp.array(dtype=Iterate), step: StepN
     m11 = part.firmness[0]
     m12 = part.firmness[1]
     m22 = part.firmness[2]
+    if growth > 0.0:  # S += C e^2 growth along each axis; axes are those of the yarns, so C has no shear in these rows
+        pull1 = growth * wp.max(strain[0], 0.0)
+        pull2 = growth * wp.max(strain[1], 0.0)
+        s1 += part.first[0] * pull1 * strain[0]
+        s2 += part.second[1] * pull2 * strain[1]
+        m11 += 2.0 * part.first[0] * pull1 * b1
+        m22 += 2.0 * part.second[1] * pull2 * b2
     viscosity = part.viscosity
     if viscosity > 0.0:
         speed = step.rate * strain - now[0].triangle_past[part.triangle]

@@ -18,6 +18,7 @@ class Sheet:
     triangle_law: wp.array(dtype=wp.mat33)  # (t,) stress over strain, Voigt (11, 22, 12 with 2 G12) [N/m]
     triangle_viscosity: wp.array(dtype=float)  # (t,) kd: viscous stress = 4 kd dG/dt [N s/m]
     slack: float  # share of compressive strain that makes stress
+    growth: float  # of the modulus along each material axis per strain, where it is pulled; 0: the law is linear
     hinge: wp.array(dtype=wp.vec4i)  # (h,) opposite, opposite, start, end
     hinge_angle: wp.array(dtype=float)  # (h,) at rest [rad]
     hinge_stiffness: wp.array(dtype=float)  # (h,) energy 1/2 k (angle - rest)^2 [N m]
@@ -79,7 +80,7 @@ def sheet_of(model: Any, slack: float) -> Sheet:
     sheet.triangle_area = model.tri_areas
     sheet.triangle_law = put(isotropic_law(materials[:, 0], materials[:, 1]), wp.mat33)
     sheet.triangle_viscosity = put(materials[:, 2].astype(np.float32), float)
-    sheet.slack = slack
+    sheet.slack, sheet.growth = slack, 0.0
     sheet.hinge = put(edges[inner], wp.vec4i)
     sheet.hinge_angle = put(model.edge_rest_angle.numpy()[inner], float)
     sheet.hinge_stiffness = put(bending[:, 0] * length[inner], float)

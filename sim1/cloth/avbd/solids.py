@@ -58,6 +58,7 @@ def collect_solids(
         solids[0].stiffness[c] = stiffness[s]
         solids[0].damping[c] = damping[s]
         solids[0].friction[c] = friction[s]
+        solids[0].skew[c] = 0.0
         solids[0].shape[c] = s
         link(vertex, c, solids[0].head, solids[0].after)
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import warp as wp
 from newton.solvers import SolverBase
 
@@ -54,7 +55,11 @@ class SolverAVBD(SolverBase):
         model: finalized newton model with triangles, without springs and tetrahedra.
         config: numbers; the default is the paper's preset.
         effects: physics beyond the plain model, acting in every step.
+        table: number of the shape that is the table; effects of a table act on it alone.
         moves_bodies: integrate dynamic bodies too.
+
+    Raises:
+        ValueError: the model's vertices have no colours, or an effect of a table is given and no table.
     """
 
     def __init__(
@@ -63,19 +68,25 @@ class SolverAVBD(SolverBase):
         config: AVBDConfig | None = None,
         *,
         effects: "tuple[Effect, ...]" = (),
+        table: int | None = None,
         moves_bodies: bool = False,
     ) -> None:
         super().__init__(model)
         self.config, self.effects, self.moves_bodies = config or AVBDConfig(), effects, moves_bodies
+        self.table = table
+        lost = [effect.name for effect in effects if effect.on_table and table is None]
+        if lost:
+            raise ValueError(f"{' and '.join(lost)} act on a table; say which shape it is (table=)")
         self.fused = model.device.is_cpu if self.config.fused is None else self.config.fused
         if not self.fused and not len(model.particle_color_groups):
             raise ValueError("the model's vertices have no colours; call ModelBuilder.color() before finalize()")
-        self._second_order = int(self.config.integrator == "bdf2")
+        self.second_order = int(self.config.integrator == "bdf2")
         self._step = 0
+        self.memory: dict[str, wp.array] = {}  # of effects, by name
         with wp.ScopedDevice(model.device):
             self._read_model()
             self.now = new_iterate(model.particle_count, self.sheet, self.config)
-            self._solids = new_touches(model.particle_count, 0)
+            self.solids = new_touches(model.particle_count, 0)
             layers = self.config.self_contact
             self._layers = new_touches(
                 model.particle_count, layers.capacity_per_vertex * model.particle_count if layers else 0
@@ -105,7 +116,7 @@ class SolverAVBD(SolverBase):
             wp.launch(
                 advance.begin_step,
                 dim=model.particle_count,
-                inputs=[sheet, now, self._second_order, dt, *given, *world],
+                inputs=[sheet, now, self.second_order, dt, *given, *world],
             )
             if self._search is not None:
                 self._search.run(now, self._args.guard, self._args.layers, dt)
@@ -114,7 +125,7 @@ class SolverAVBD(SolverBase):
             wp.launch(
                 advance.begin_elements,
                 dim=max(len(given_sheet.triangle), len(given_sheet.hinge), len(given_sheet.edge)),
-                inputs=[sheet, now, self._second_order, dt, 1.0 + config.max_strain, config.regularization, *decays],
+                inputs=[sheet, now, self.second_order, dt, 1.0 + config.max_strain, config.regularization, *decays],
             )
             for effect in self.effects:
                 effect.push(self, dt)
@@ -136,7 +147,7 @@ class SolverAVBD(SolverBase):
             wp.launch(
                 advance.end_step,
                 dim=model.particle_count,
-                inputs=[sheet, now, self._second_order, dt, state_in.particle_qd],
+                inputs=[sheet, now, self.second_order, dt, state_in.particle_qd],
                 outputs=[state_out.particle_q, state_out.particle_qd],
             )
             if self.moves_bodies and contacts is not None:
@@ -153,7 +164,10 @@ class SolverAVBD(SolverBase):
             raise ValueError("world_mask: SolverAVBD resets all worlds at once; pass None")
         now = self.now
         now.x.fill_(wp.vec3(float("nan")))
+        wp.copy(self.sheet.hinge_angle, self._hinge_angle)
         wp.copy(now.hinge_now, self.sheet.hinge_angle)
+        for name, beginning in self._beginnings.items():
+            wp.copy(self.memory[name], beginning)
         now.edge_force.zero_()
         now.edge_stiffness.fill_(self.config.strain_stiffness_n_m)
         now.broken.zero_()
@@ -168,7 +182,7 @@ class SolverAVBD(SolverBase):
 
     def rate(self, dt: float) -> float:
         """Factor of a value in its rate at the end of a step [1/s]: 1 / dt, or 3 / (2 dt) for BDF2."""
-        return (1.5 if self._second_order else 1.0) / dt
+        return (1.5 if self.second_order else 1.0) / dt
 
     def broken(self) -> Broken | None:
         """What became not a number first; None while all is well. Waits for the device.
@@ -187,10 +201,18 @@ class SolverAVBD(SolverBase):
             )
         return None
 
+    def remember(self, name: str, beginning: np.ndarray) -> None:
+        """Room for what an effect keeps of its past: `memory[name]`, (n, 2); a reset takes it back to its beginning."""
+        self._beginnings[name] = wp.array(beginning.astype(np.float32), dtype=wp.vec2)
+        self.memory[name] = wp.clone(self._beginnings[name])
+
     def _read_model(self) -> None:
         self.sheet = sheet_of(self.model, self.config.compression_share)
+        self.table_friction = 0.0 if self.table is None else float(self.model.shape_material_mu.numpy()[self.table])
+        self._beginnings: dict[str, wp.array] = {}
         for effect in self.effects:
             effect.shape(self)
+        self._hinge_angle = wp.clone(self.sheet.hinge_angle)
         self._blocks, coarse = blocks_of(
             self.sheet, self.model.particle_world.numpy(), nested=self.config.nested_blocks
         )
@@ -201,7 +223,7 @@ class SolverAVBD(SolverBase):
             sheet=packed(self.sheet, Sheet),
             blocks=packed(self._blocks, Blocks),
             now=packed(self.now, Iterate),
-            solids=packed(self._solids, Touches),
+            solids=packed(self.solids, Touches),
             layers=packed(self._layers, Touches),
             guard=packed(self._guard, Guard),
         )
@@ -241,12 +263,12 @@ class SolverAVBD(SolverBase):
             wp.launch(sweep.sweep_limits, dim=len(self.sheet.edge), inputs=[args.sheet, args.now, numbers])
 
     def _collect(self, contacts: Any, state_in: Any, state_out: Any, dt: float) -> None:
-        self._solids.head.fill_(-1)
+        self.solids.head.fill_(-1)
         if contacts is None or not contacts.soft_contact_max:
             return
         model = self.model
-        if self._solids.capacity < contacts.soft_contact_max:
-            self._solids = new_touches(model.particle_count, contacts.soft_contact_max)
+        if self.solids.capacity < contacts.soft_contact_max:
+            self.solids = new_touches(model.particle_count, contacts.soft_contact_max)
             self._pack()
         names = ("count", "indices", "barycentric", "shape", "body_pos", "body_vel", "normal")
         found = [getattr(contacts, f"soft_contact_{name}") for name in names]
@@ -254,7 +276,7 @@ class SolverAVBD(SolverBase):
         material += [model.shape_material_mu, model.particle_radius]
         wp.launch(
             solids.collect_solids,
-            dim=self._solids.capacity,
+            dim=self.solids.capacity,
             inputs=[*found, *material, state_in.body_q, state_out.body_q, dt, self._args.now, self._args.solids],
         )
 
@@ -276,7 +298,7 @@ class SolverAVBD(SolverBase):
         bodies = [self.model.shape_body, state_out.body_q, self.model.body_com]
         wp.launch(
             solids.push_back,
-            dim=self._solids.capacity,
+            dim=self.solids.capacity,
             inputs=[self._args.now, numbers, self._args.solids, contacts.soft_contact_count, *bodies],
             outputs=[self._wrench],
         )

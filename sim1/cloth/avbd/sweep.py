@@ -111,7 +111,7 @@ def total(
             hessian += h
     if term < 0 or term == 2:
         for i in range(blocks[0].triangles_from[b], blocks[0].triangles_from[b + 1]):
-            f, h = membrane(blocks[0].triangles[i], sheet[0].slack, now, step)
+            f, h = membrane(blocks[0].triangles[i], sheet[0].slack, sheet[0].growth, now, step)
             force += f
             hessian += h
     if term < 0 or term == 3:

@@ -22,6 +22,7 @@ class Touches:
     stiffness: wp.array(dtype=float)  # [N/m]
     damping: wp.array(dtype=float)  # of approach [N s/m]
     friction: wp.array(dtype=float)
+    skew: wp.array(dtype=float)  # friction is 1 + skew times that along the world's x, 1 - skew times along y
     shape: wp.array(dtype=wp.int32)  # -1: cloth
     near: wp.array(dtype=wp.int32)  # 0: too far to push in this step
     first_side: wp.array(dtype=wp.int32)  # slots before this one lie on the normal's side
@@ -103,4 +104,8 @@ def push(touches: wp.array(dtype=Touches), now: wp.array(dtype=Iterate), step: S
         grip = touches[0].friction[record] * load * ratio
         force -= grip * slip
         block += grip * (wp.identity(n=3, dtype=float) - along)
+        lean = grip * touches[0].skew[record]
+        if lean != 0.0:
+            force -= lean * wp.vec3(slip[0], -slip[1], 0.0)
+            block += lean * wp.diag(wp.vec3(1.0, -1.0, 0.0))
     return force, block

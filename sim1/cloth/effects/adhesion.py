@@ -1,8 +1,13 @@
 """The cloth clings to the table."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import warp as wp
+
+from sim1.cloth.avbd.iterate import Iterate
+from sim1.cloth.avbd.sheet import Sheet
+from sim1.cloth.avbd.touch import Touches
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect, Site
 from sim1.cloth.precise.world import World
@@ -29,6 +34,16 @@ class Adhesion(Effect):
         """The world with this effect; `values` by name of coefficient."""
         return replace(world, adhesion_pa=values["pressure"], cling_m=values["reach"])
 
+    def push(self, solver: Any, dt: float) -> None:
+        """Pull on each face that is near the table; what it adds to the load of contacts, friction feels by itself."""
+        del dt
+        wp.launch(
+            cling,
+            dim=len(solver.sheet.triangle),
+            inputs=[solver.sheet, solver.now, solver.solids, solver.table, self.pressure, self.reach],
+            device=solver.model.device,
+        )
+
     @classmethod
     def variants(cls, site: Site) -> list[dict[str, float]]:
         """Clinging by contact alone, and by fibres or charges that reach farther."""
@@ -36,3 +51,22 @@ class Adhesion(Effect):
         return [{"reach": start} for start in (5e-4, 2e-3)]
 
     on_table: ClassVar[bool] = True
+
+
+@wp.kernel(enable_backward=False)
+def cling(sheet: Sheet, now: Iterate, solids: Touches, table: int, pressure: float, reach: float):
+    """Attraction of each corner's third of a face by the gap that the step begins with."""
+    t = wp.tid()
+    corner = sheet.triangle[t]
+    third = sheet.triangle_area[t] / 3.0
+    for i in range(3):
+        v = corner[i]
+        node = int(solids.head[v])
+        while node >= 0:
+            record = node / 4
+            if solids.shape[record] == table:
+                normal = solids.normal[record]
+                gap = wp.dot(normal, now.start[v]) - solids.offset[record]
+                left = wp.clamp(1.0 - gap / reach, 0.0, 1.0)
+                wp.atomic_add(now.force, v, -pressure * third * left * normal)
+            node = int(solids.after[node])

@@ -12,6 +12,8 @@ from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect
 from sim1.cloth.precise.world import World
 
+AIR_DENSITY_KG_M3 = 1.2  # dry, 20 C, sea level
+
 
 @dataclass(frozen=True, kw_only=True)
 class AirDrag(Effect):
@@ -35,7 +37,7 @@ class AirDrag(Effect):
 
     c_normal: float  # 1
     c_tangential: float = 0.0  # 1
-    air_density_kg_m3: float = 1.2  # dry, 20 C, sea level
+    air_density_kg_m3: float = AIR_DENSITY_KG_M3
 
     def __post_init__(self) -> None:
         """Refuse what cannot be meant."""
@@ -51,23 +53,33 @@ class AirDrag(Effect):
 
     def push(self, solver: Any, dt: float) -> None:
         """Drag at the expected velocity, and its slope, so that a large coefficient brakes and does not throw back."""
-        wp.launch(
-            drag_faces,
-            dim=len(solver.sheet.triangle),
-            inputs=[
-                solver.sheet,
-                solver.now,
-                0.5 * self.air_density_kg_m3 * self.c_normal,
-                0.5 * self.air_density_kg_m3 * self.c_tangential,
-                solver.rate(dt),
-                dt,
-            ],
-            device=solver.model.device,
-        )
+        push_of_air(solver, dt, self.air_density_kg_m3, (self.c_normal, self.c_tangential), (0.0, 0.0, 0.0))
+
+
+def push_of_air(
+    solver: Any, dt: float, density_kg_m3: float, drag: tuple[float, float], stream_m_s: tuple[float, float, float]
+) -> None:
+    """Drag of air that moves, coefficients across and along the faces, on `solver.now`."""
+    wp.launch(
+        drag_faces,
+        dim=len(solver.sheet.triangle),
+        inputs=[
+            solver.sheet,
+            solver.now,
+            0.5 * density_kg_m3 * drag[0],
+            0.5 * density_kg_m3 * drag[1],
+            wp.vec3(*stream_m_s),
+            solver.rate(dt),
+            dt,
+        ],
+        device=solver.model.device,
+    )
 
 
 @wp.kernel(enable_backward=False)
-def drag_faces(sheet: Sheet, now: Iterate, normal_drag: float, skin_drag: float, rate: float, dt: float):
+def drag_faces(
+    sheet: Sheet, now: Iterate, normal_drag: float, skin_drag: float, stream: wp.vec3, rate: float, dt: float
+):
     """Drag of each face on its three corners: value at the expected velocity, linear in the corner's velocity."""
     t = wp.tid()
     corner = sheet.triangle[t]
@@ -75,7 +87,7 @@ def drag_faces(sheet: Sheet, now: Iterate, normal_drag: float, skin_drag: float,
     across = wp.cross(now.start[corner[1]] - a, now.start[corner[2]] - a)
     twice = wp.max(wp.length(across), 1.0e-20)
     normal = across / twice
-    velocity = (now.expected[corner[0]] + now.expected[corner[1]] + now.expected[corner[2]]) / 3.0
+    velocity = (now.expected[corner[0]] + now.expected[corner[1]] + now.expected[corner[2]]) / 3.0 - stream
     through = wp.dot(velocity, normal)
     along = velocity - through * normal
     pressure = 0.5 * twice * normal_drag * wp.abs(through)

@@ -1,8 +1,11 @@
 """Table friction depends on the direction."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import warp as wp
+
+from sim1.cloth.avbd.touch import Touches
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect
 from sim1.cloth.precise.world import World
@@ -28,6 +31,22 @@ class AnisotropicFriction(Effect):
         """The world with this effect; `values` by name of coefficient."""
         return replace(world, friction_ratio=values["ratio"])
 
+    def push(self, solver: Any, dt: float) -> None:
+        """Other friction along either axis of the table, whatever its mean was."""
+        del dt
+        mean = 0.5 * (self.mu_x + self.mu_y)
+        wp.launch(
+            lean,
+            dim=solver.solids.capacity,
+            inputs=[
+                solver.solids,
+                solver.table,
+                mean / max(solver.table_friction, 1e-9),
+                0.5 * (self.mu_x - self.mu_y) / max(mean, 1e-9),
+            ],
+            device=solver.model.device,
+        )
+
     on_table: ClassVar[bool] = True
 
     @classmethod
@@ -45,3 +64,12 @@ class AnisotropicFriction(Effect):
         """The world with both coefficients."""
         mean = (self.mu_x * self.mu_y) ** 0.5
         return replace(world, friction=mean, friction_ratio=self.mu_x / max(self.mu_y, 1e-9))
+
+
+@wp.kernel(enable_backward=False)
+def lean(solids: Touches, table: int, factor: float, skew: float):
+    """Mean friction of each contact with the table, and how much more it is along x than along y."""
+    c = wp.tid()
+    if solids.shape[c] == table:
+        solids.friction[c] = factor * solids.friction[c]
+        solids.skew[c] = skew

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from sim1.cloth.avbd.threads import WARP, align
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect
 from sim1.cloth.precise.world import World
@@ -25,7 +26,7 @@ class AnisotropicStretch(Effect):
     )
 
     ratio_warp_weft: float  # 1
-    warp: tuple[float, float, float] = (1.0, 0.0, 0.0)  # direction of the warp threads at rest, projected on each face
+    warp: tuple[float, float, float] = WARP  # direction of the warp threads at rest, projected on each face
 
     def __post_init__(self) -> None:
         """Refuse what cannot be meant."""
@@ -42,11 +43,8 @@ class AnisotropicStretch(Effect):
     def shape(self, solver: Any) -> None:
         """Replace the isotropic law of every triangle."""
         sheet = solver.sheet
-        isotropic = sheet.triangle_law.numpy().astype(float)
-        angle = warp_angle(
-            sheet.triangle.numpy(), sheet.triangle_pose.numpy(), solver.model.particle_q.numpy(), np.array(self.warp)
-        )
-        law = np.stack([_turned(orthotropic(c, self.ratio_warp_weft), a) for c, a in zip(isotropic, angle)])
+        align(sheet, solver.model.particle_q.numpy(), self.warp)
+        law = np.stack([orthotropic(c, self.ratio_warp_weft) for c in sheet.triangle_law.numpy().astype(float)])
         sheet.triangle_law.assign(law.astype(np.float32))
 
 
@@ -57,26 +55,3 @@ def orthotropic(isotropic: np.ndarray, ratio: float) -> np.ndarray:
     law[0, 0] *= root
     law[1, 1] /= root
     return law
-
-
-def warp_angle(triangles: np.ndarray, poses: np.ndarray, rest_m: np.ndarray, warp: np.ndarray) -> np.ndarray:
-    """Angle (t,) of the warp direction from the first axis of each triangle's material frame [rad].
-
-    Raises:
-        ValueError: the warp direction stands upright on a face.
-    """
-    corners = rest_m[triangles].astype(float)
-    edges = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=2)
-    axes = edges @ poses.astype(float)  # (t, 3, 2): the material axes in space, at rest
-    components = np.einsum("tij,i->tj", axes, warp / np.linalg.norm(warp))
-    if (np.linalg.norm(components, axis=1) < 1e-3).any():
-        face = int(np.argmin(np.linalg.norm(components, axis=1)))
-        raise ValueError(f"the warp direction {warp.tolist()} stands upright on face {face}; give another one")
-    return np.arctan2(components[:, 1], components[:, 0])
-
-
-def _turned(law: np.ndarray, angle: float) -> np.ndarray:
-    """Law in axes turned by minus `angle`: strain there is T strain, Voigt with engineering shear."""
-    c, s = math.cos(angle), math.sin(angle)
-    turn = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
-    return turn.T @ law @ turn

@@ -28,3 +28,5 @@ class GravityTilt(Effect):
     def alter(cls, world: World, values: dict[str, float]) -> World:
         """The world with this effect; `values` by name of coefficient."""
         return replace(world, tilt_rad=(values["tilt_x"], values["tilt_y"]))
+
+    measured: ClassVar[bool] = True

@@ -41,3 +41,5 @@ class GripCompliance(Effect):
     def act(self, world: World) -> World:
         """The world with such a grip."""
         return replace(world, compliance_m_n=1.0 / max(self.stiffness, 1e-6))
+
+    measured: ClassVar[bool] = True

@@ -33,3 +33,5 @@ class GripSlip(Effect):
     def variants(cls, site: Site) -> list[dict[str, float]]:
         """Thresholds below the load that the sheet's weight puts on a grip, and above."""
         return [{"threshold": share * site.grip_load_n} for share in (0.3, 0.7, 1.1, 1.5)]
+
+    measured: ClassVar[bool] = True

@@ -1,8 +1,11 @@
 """The cloth at rest is curled, not flat."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import numpy as np
+
+from sim1.cloth.avbd.threads import lifted_angles
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect
 from sim1.cloth.precise.world import World
@@ -28,3 +31,9 @@ class RestCurvature(Effect):
     def alter(cls, world: World, values: dict[str, float]) -> World:
         """The world with this effect; `values` by name of coefficient."""
         return replace(world, curl_1_m=(values["kappa_u"], values["kappa_v"]))
+
+    def shape(self, solver: Any) -> None:
+        """Other angles at rest."""
+        sheet = solver.sheet
+        curl = lifted_angles(sheet.hinge.numpy(), solver.model.particle_q.numpy(), (self.kappa_u, self.kappa_v))
+        sheet.hinge_angle.assign(sheet.hinge_angle.numpy() + curl.astype(np.float32))

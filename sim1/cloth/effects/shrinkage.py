@@ -1,8 +1,9 @@
 """The rest size differs from the scan."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from sim1.cloth.avbd.threads import align, resized
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect
 from sim1.cloth.precise.world import World
@@ -28,3 +29,8 @@ class Shrinkage(Effect):
     def alter(cls, world: World, values: dict[str, float]) -> World:
         """The world with this effect; `values` by name of coefficient."""
         return replace(world, scale=(values["scale_u"], values["scale_v"]))
+
+    def shape(self, solver: Any) -> None:
+        """Another size at rest; what was scanned is strained by the difference."""
+        align(solver.sheet, solver.model.particle_q.numpy())
+        resized(solver.sheet, (self.scale_u, self.scale_v))

@@ -1,8 +1,12 @@
 """Sticking friction above sliding friction."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import warp as wp
+
+from sim1.cloth.avbd.iterate import Iterate
+from sim1.cloth.avbd.touch import Touches, point_of
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect, Site
 from sim1.cloth.precise.world import World
@@ -31,6 +35,16 @@ class StaticFriction(Effect):
         """The world with this effect; `values` by name of coefficient."""
         return replace(world, stiction=values["ratio"], stribeck_m_s=values["stribeck_speed"])
 
+    def push(self, solver: Any, dt: float) -> None:
+        """Friction on the table by the speed at which each point is expected to slide."""
+        del dt
+        wp.launch(
+            stick,
+            dim=solver.solids.capacity,
+            inputs=[solver.solids, solver.now, solver.table, self.ratio, self.stribeck_speed],
+            device=solver.model.device,
+        )
+
     @classmethod
     def variants(cls, site: Site) -> list[dict[str, float]]:
         """Gone as soon as anything slides, and only well after."""
@@ -38,3 +52,14 @@ class StaticFriction(Effect):
         return [{"stribeck_speed": start} for start in (0.006, 0.02, 0.06)]
 
     on_table: ClassVar[bool] = True
+
+
+@wp.kernel(enable_backward=False)
+def stick(solids: Touches, now: Iterate, table: int, ratio: float, stribeck_speed: float):
+    """Multiply the friction of each contact with the table; the table stands still."""
+    c = wp.tid()
+    if solids.shape[c] == table and solids.vertex[c][0] >= 0:
+        velocity = point_of(solids.vertex[c], solids.weight[c], now.expected)
+        normal = solids.normal[c]
+        slide = wp.length(velocity - wp.dot(velocity, normal) * normal) / stribeck_speed
+        solids.friction[c] = solids.friction[c] * (1.0 + (ratio - 1.0) * wp.exp(-slide * slide))

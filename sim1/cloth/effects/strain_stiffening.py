@@ -1,8 +1,9 @@
 """The stretch modulus grows with strain."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from sim1.cloth.avbd.threads import align
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect
 from sim1.cloth.precise.world import World
@@ -24,3 +25,8 @@ class StrainStiffening(Effect):
     def alter(cls, world: World, values: dict[str, float]) -> World:
         """The world with this effect; `values` by name of coefficient."""
         return replace(world, stiffening=values["growth"])
+
+    def shape(self, solver: Any) -> None:
+        """Let the modulus along warp and weft grow; see `sim1.cloth.avbd.elastic.membrane`."""
+        align(solver.sheet, solver.model.particle_q.numpy())
+        solver.sheet.growth = self.growth

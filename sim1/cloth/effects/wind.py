@@ -1,8 +1,9 @@
 """A steady uniform air stream, with the drag that it brings."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from sim1.cloth.effects.air_drag import AIR_DENSITY_KG_M3, push_of_air
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect, Site
 from sim1.cloth.precise.world import World
@@ -33,6 +34,10 @@ class Wind(Effect):
     def alter(cls, world: World, values: dict[str, float]) -> World:
         """The world with this effect; `values` by name of coefficient."""
         return replace(world, air_normal=values["c_normal"], wind_m_s=(values["vx"], values["vy"], values["vz"]))
+
+    def push(self, solver: Any, dt: float) -> None:
+        """Drag relative to the stream, at the expected velocity."""
+        push_of_air(solver, dt, AIR_DENSITY_KG_M3, (self.c_normal, 0.0), (self.vx, self.vy, self.vz))
 
     @classmethod
     def variants(cls, site: Site) -> list[dict[str, float]]:
