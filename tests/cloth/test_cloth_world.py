@@ -192,8 +192,10 @@ def test_what_broke_first_is_named_and_the_last_states_are_kept(tmp_path):
 ACTED = {
     "added_mass": {"mass": 0.05},
     "adhesion": {"pressure": 1.0, "reach": 0.008},
+    "anisotropic_bending": {"ratio_warp_weft": 2.0},
     "anisotropic_friction": {"mu_x": 0.5, "mu_y": 0.3},
     "anisotropic_stretch": {"ratio_warp_weft": 1.5},
+    "bending_hysteresis": {"moment": 5e-5, "slip_curvature": 4.0},
     "plastic_crease": {"yield_curvature": 20.0, "retained": 0.5},
     "rest_curvature": {"kappa_u": 2.0, "kappa_v": 0.0},
     "shrinkage": {"scale_u": 0.98, "scale_v": 1.01},

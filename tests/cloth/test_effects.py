@@ -89,8 +89,9 @@ def test_physics_that_the_solver_cannot_act_is_refused_and_a_clock_is_none_of_it
     clock = {"name": "clock_offset", "parameters": {"offset": {"value": 0.02}}}
     drag = {"name": "air_drag", "parameters": {"c_normal": {"value": 1.7}}}
     assert acted_effects((clock, drag)) == (AirDrag(c_normal=1.7),)
-    with pytest.raises(BadInput, match=r"'bending_hysteresis'.*identification simulator.*baseline\.yaml"):
-        acted_effects(({"name": "bending_hysteresis", "parameters": {"moment": {"value": 1e-4}}},))
+    button = {"centre_u": {"value": 0.1}, "centre_v": {"value": 0.1}, "mass": {"value": 0.01}}
+    with pytest.raises(BadInput, match=r"'heavy_region'.*identification simulator.*baseline\.yaml"):
+        acted_effects(({"name": "heavy_region", "parameters": button},))
 
 
 def test_a_turned_frame_is_searched_about_the_cloth_and_told_about_the_origin():

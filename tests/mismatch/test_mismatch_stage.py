@@ -139,15 +139,16 @@ def test_an_effect_that_the_cell_cannot_act_is_warned_of_by_name_and_kept_out_of
     folder = tmp_path / "calibrated"
     shutil.copytree(airy[0]["calibrated_physics"], folder)
     model = read_physics(folder / "model.yaml")
-    rubbing = {
-        "name": "bending_hysteresis",
-        "parameters": {"moment": {"value": 1e-4, "ci95": [5e-5, 2e-4], "unit": "N"}},
+    places = {name: {"value": 0.1, "ci95": [0.05, 0.15], "unit": "m"} for name in ("centre_u", "centre_v")}
+    button = {
+        "name": "heavy_region",
+        "parameters": {**places, "mass": {"value": 0.01, "ci95": [0.005, 0.02], "unit": "kg"}},
     }
-    write_physics(folder / "model.yaml", replace(model, effects=(*model.effects, rubbing)))
+    write_physics(folder / "model.yaml", replace(model, effects=(*model.effects, button)))
     findings = check_calibrated_physics(folder)
     assert failed(findings) == [("cell_acts_effects", False)]
-    assert "bending_hysteresis" in findings[-1].detail
-    write_physics(folder / "cell.yaml", replace(model, effects=(*model.effects, rubbing)))
+    assert "heavy_region" in findings[-1].detail
+    write_physics(folder / "cell.yaml", replace(model, effects=(*model.effects, button)))
     assert ("model_reads", True) in failed(check_calibrated_physics(folder))
 
 

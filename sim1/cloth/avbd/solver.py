@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import warp as wp
 from newton.solvers import SolverBase
 
 from sim1.cloth.avbd import advance, solids, sweep
 from sim1.cloth.avbd.blocks import Blocks, blocks_of
 from sim1.cloth.avbd.buffers import new_guard, new_iterate, new_touches, packed
+from sim1.cloth.avbd.curving import Curving
 from sim1.cloth.avbd.iterate import Iterate, StepNumbers
 from sim1.cloth.avbd.parameters import AVBDConfig
 from sim1.cloth.avbd.search import LayerSearch
@@ -82,7 +82,8 @@ class SolverAVBD(SolverBase):
             raise ValueError("the model's vertices have no colours; call ModelBuilder.color() before finalize()")
         self.second_order = int(self.config.integrator == "bdf2")
         self._step = 0
-        self.memory: dict[str, wp.array] = {}  # of effects, by name
+        self.memory: dict[str, list[wp.array]] = {}  # of effects, by name
+        self.curving: Curving | None = None
         with wp.ScopedDevice(model.device):
             self._read_model()
             self.now = new_iterate(model.particle_count, self.sheet, self.config)
@@ -127,6 +128,8 @@ class SolverAVBD(SolverBase):
                 dim=max(len(given_sheet.triangle), len(given_sheet.hinge), len(given_sheet.edge)),
                 inputs=[sheet, now, self.second_order, dt, 1.0 + config.max_strain, config.regularization, *decays],
             )
+            if self.curving is not None:
+                self.curving.look(self.sheet, self.now)
             for effect in self.effects:
                 effect.push(self, dt)
             wp.launch(
@@ -164,10 +167,10 @@ class SolverAVBD(SolverBase):
             raise ValueError("world_mask: SolverAVBD resets all worlds at once; pass None")
         now = self.now
         now.x.fill_(wp.vec3(float("nan")))
-        wp.copy(self.sheet.hinge_angle, self._hinge_angle)
-        wp.copy(now.hinge_now, self.sheet.hinge_angle)
-        for name, beginning in self._beginnings.items():
-            wp.copy(self.memory[name], beginning)
+        wp.copy(now.hinge_now, self.sheet.hinge_angle if self.curving is None else self.curving.rest)
+        for arrays in self.memory.values():
+            for array in arrays:
+                array.zero_()
         now.edge_force.zero_()
         now.edge_stiffness.fill_(self.config.strain_stiffness_n_m)
         now.broken.zero_()
@@ -201,18 +204,24 @@ class SolverAVBD(SolverBase):
             )
         return None
 
-    def remember(self, name: str, beginning: np.ndarray) -> None:
-        """Room for what an effect keeps of its past: `memory[name]`, (n, 2); a reset takes it back to its beginning."""
-        self._beginnings[name] = wp.array(beginning.astype(np.float32), dtype=wp.vec2)
-        self.memory[name] = wp.clone(self._beginnings[name])
+    def curves(self, effect: str, *, tensors: int) -> Curving:
+        """For an effect that acts on curvature: how edges lie, and `memory[effect]` of so many tensors (v,), 0 after a reset.
+
+        To be asked in `shape`, before the stiffness of hinges is changed there.
+        """
+        if self.curving is None:
+            self.curving = Curving.of(self.sheet, self.model.particle_q.numpy())
+        self.memory[effect] = [wp.zeros(self.model.particle_count, dtype=wp.vec3) for _ in range(tensors)]
+        return self.curving
 
     def _read_model(self) -> None:
         self.sheet = sheet_of(self.model, self.config.compression_share)
         self.table_friction = 0.0 if self.table is None else float(self.model.shape_material_mu.numpy()[self.table])
-        self._beginnings: dict[str, wp.array] = {}
+        self.curving = None
         for effect in self.effects:
             effect.shape(self)
-        self._hinge_angle = wp.clone(self.sheet.hinge_angle)
+        if self.curving is not None:
+            wp.copy(self.curving.rest, self.sheet.hinge_angle)
         self._blocks, coarse = blocks_of(
             self.sheet, self.model.particle_world.numpy(), nested=self.config.nested_blocks
         )

@@ -48,11 +48,11 @@ def turned(law: np.ndarray, angle: float) -> np.ndarray:
     return turn.T @ law @ turn
 
 
-def lifted_angles(hinge: np.ndarray, rest_m: np.ndarray, curvature_1_m: tuple[float, float]) -> np.ndarray:
-    """Angles (h,) [rad] of hinges (h, 4) whose corners lie on a surface of these curvatures along warp and weft.
+def answers_of(hinge: np.ndarray, rest_m: np.ndarray) -> np.ndarray:
+    """Angles (h, 3) [rad m] of hinges (h, 4) by curvature of the sheet along warp, along weft, and twist.
 
-    Linear in the curvature: the four corners are lifted off the plane of the hinge along its normal by
-    (k_u u^2 + k_v v^2) / 2, positive towards the normal u x v.
+    The four corners are lifted off the plane of the hinge along its normal by k_u u^2 / 2 + k_v v^2 / 2 + k_uv u v, positive
+    towards the normal u x v.
     """
     a, b, c, d = (rest_m[hinge[:, i]].astype(float) for i in range(4))
     edge = d - c
@@ -64,24 +64,39 @@ def lifted_angles(hinge: np.ndarray, rest_m: np.ndarray, curvature_1_m: tuple[fl
     )  # along the normals, as in `elastic.bend`
     ta, tb = (((p - c) * edge).sum(axis=1) / length_sq for p in (a, b))
     at_c, at_d = -(1.0 - ta) * at_a - (1.0 - tb) * at_b, -ta * at_a - tb * at_b
-    normal = first + second
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-20)
-    along = np.array(WARP) - (normal @ np.array(WARP))[:, None] * normal
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-20)
-    across = np.cross(normal, along)
-    angle = np.zeros(len(hinge))
+    along, across = _axes(first + second)
+    angle = np.zeros((len(hinge), 3))
     for slope, point in zip((at_a, at_b, at_c, at_d), (a, b, c, d), strict=True):
         away = point - 0.5 * (c + d)
         u, v = (away * along).sum(axis=1), (away * across).sum(axis=1)
-        angle += slope * 0.5 * (curvature_1_m[0] * u * u + curvature_1_m[1] * v * v)
+        angle += slope[:, None] * np.stack([0.5 * u * u, 0.5 * v * v, u * v], axis=1)
     return angle
 
 
-def hinge_width(hinge: np.ndarray, rest_m: np.ndarray) -> np.ndarray:
-    """Width (h,) [m] over which a hinge (h, 4) turns: a sheet curved about it by k has the angle k width there."""
+def spans_of(hinge: np.ndarray, rest_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Length (h,) [m] of hinges, and width (h,) [m] over which they turn: bent about it by k, a sheet has the angle k width."""
     a, b, c, d = (rest_m[hinge[:, i]].astype(float) for i in range(4))
-    doubled = [np.linalg.norm(np.cross(c - p, d - p), axis=1) for p in (a, b)]
-    return 0.5 * (doubled[0] + doubled[1]) / np.maximum(np.linalg.norm(d - c, axis=1), 1e-12)
+    length = np.maximum(np.linalg.norm(d - c, axis=1), 1e-12)
+    areas = [0.5 * np.linalg.norm(np.cross(c - p, d - p), axis=1) for p in (a, b)]
+    return length, (areas[0] + areas[1]) / length
+
+
+def across_of(hinge: np.ndarray, rest_m: np.ndarray) -> np.ndarray:
+    """Direction (h, 2) across each hinge in the plane, in warp and weft."""
+    a, b, c, d = (rest_m[hinge[:, i]].astype(float) for i in range(4))
+    normal = np.cross(c - a, d - a) + np.cross(d - b, c - b)
+    along, weft = _axes(normal)
+    n = np.cross(normal, d - c)
+    n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-20)
+    return np.stack([(n * along).sum(axis=1), (n * weft).sum(axis=1)], axis=1)
+
+
+def _axes(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit warp and weft (h, 3) in planes of these normals."""
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-20)
+    along = np.array(WARP) - (normal @ np.array(WARP))[:, None] * normal
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-20)
+    return along, np.cross(normal, along)
 
 
 def resized(sheet: Sheet, factors: tuple[float, float]) -> None:

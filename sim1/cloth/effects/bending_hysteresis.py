@@ -1,7 +1,9 @@
 """Rate-independent internal friction in bending."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
+
+import warp as wp
 
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect, Site
@@ -33,8 +35,43 @@ class BendingHysteresis(Effect):
         """The world with this effect; `values` by name of coefficient."""
         return replace(world, hysteresis_n=values["moment"], turn_1_m=values["slip_curvature"])
 
+    def shape(self, solver: Any) -> None:
+        """Memory: curvature as it was, and as the friction feels it; hinges get the stiffness of friction that sticks."""
+        curving = solver.curves(self.name, tensors=3)
+        curving.stiffen(solver.sheet, self.name, self.moment / self.slip_curvature)
+
+    def push(self, solver: Any, dt: float) -> None:
+        """Friction as the step begins; within the step it sticks."""
+        del dt
+        before, felt, moment = solver.memory[self.name]
+        wp.launch(
+            rub,
+            dim=len(before),
+            inputs=[solver.curving.curvature, before, felt, moment, self.slip_curvature, self.moment],
+            device=before.device,
+        )
+        solver.curving.answer(solver.sheet, solver.now, self.name, moment, solver.curving.one)
+
     @classmethod
     def variants(cls, site: Site) -> list[dict[str, float]]:
         """Slipping within a slight change of curvature, and within a large one."""
         del site
         return [{"slip_curvature": start} for start in (1.5, 5.0, 15.0)]
+
+
+@wp.kernel(enable_backward=False)
+def rub(
+    curvature: wp.array(dtype=wp.vec3),
+    before: wp.array(dtype=wp.vec3),
+    felt: wp.array(dtype=wp.vec3),
+    moment: wp.array(dtype=wp.vec3),
+    slip_curvature: float,
+    most: float,
+):
+    """Dahl's z times the slip curvature, carried over a step, for each part of the curvature; and its moment."""
+    v = wp.tid()
+    for k in range(3):
+        change = curvature[v][k] - before[v][k]
+        felt[v][k] = (felt[v][k] + change) / (1.0 + wp.abs(change) / slip_curvature)
+    before[v] = curvature[v]
+    moment[v] = most / slip_curvature * felt[v]

@@ -3,12 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-import numpy as np
 import warp as wp
 
-from sim1.cloth.avbd.iterate import Iterate
-from sim1.cloth.avbd.sheet import Sheet
-from sim1.cloth.avbd.threads import hinge_width
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect, Site
 from sim1.cloth.precise.world import World
@@ -38,21 +34,21 @@ class PlasticCrease(Effect):
         return replace(world, yield_1_m=values["yield_curvature"], retained=values["retained"])
 
     def shape(self, solver: Any) -> None:
-        """Memory of the hinges: the width over which each turns [m], and the curvature that ever yielded there [1/m]."""
-        width = hinge_width(solver.sheet.hinge.numpy(), solver.model.particle_q.numpy())
-        solver.remember(self.name, np.stack([width, np.zeros_like(width)], axis=1))
+        """Memory: curvature that is kept, all that ever yielded, and the moment of what is kept."""
+        solver.curves(self.name, tensors=3).stiffen(solver.sheet, self.name, 0.0)
 
     def push(self, solver: Any, dt: float) -> None:
-        """What is beyond yield as the step begins becomes rest angle, in part."""
+        """What is beyond yield as the step begins becomes curvature at rest, in part."""
         del dt
-        if self.retained == 0.0:
-            return
-        wp.launch(
-            yield_hinges,
-            dim=len(solver.sheet.hinge),
-            inputs=[solver.sheet, solver.now, solver.memory[self.name], self.yield_curvature, self.retained],
-            device=solver.model.device,
-        )
+        kept, yielded, moment = solver.memory[self.name]
+        if self.retained > 0.0:
+            wp.launch(
+                fold,
+                dim=len(kept),
+                inputs=[solver.curving.curvature, kept, yielded, moment, self.yield_curvature, self.retained],
+                device=kept.device,
+            )
+            solver.curving.answer(solver.sheet, solver.now, self.name, moment, solver.curving.rigidity)
 
     @classmethod
     def variants(cls, site: Site) -> list[dict[str, float]]:
@@ -61,12 +57,20 @@ class PlasticCrease(Effect):
 
 
 @wp.kernel(enable_backward=False)
-def yield_hinges(sheet: Sheet, now: Iterate, yielded: wp.array(dtype=wp.vec2), limit: float, retained: float):
-    """Elastoplastic hinge; it hardens by what it ever yielded, whichever way, as `sim1.cloth.precise.memory.fold`."""
-    h = wp.tid()
-    width = yielded[h][0]
-    elastic = (now.hinge_now[h] - sheet.hinge_angle[h]) / width
-    beyond = wp.abs(elastic) - limit - (1.0 - retained) / retained * yielded[h][1]
-    if beyond > 0.0:
-        sheet.hinge_angle[h] = sheet.hinge_angle[h] + wp.sign(elastic) * retained * beyond * width
-        yielded[h] = wp.vec2(width, yielded[h][1] + retained * beyond)
+def fold(
+    curvature: wp.array(dtype=wp.vec3),
+    kept: wp.array(dtype=wp.vec3),
+    yielded: wp.array(dtype=wp.vec3),
+    moment: wp.array(dtype=wp.vec3),
+    limit: float,
+    retained: float,
+):
+    """Each part of the curvature yields by itself and hardens by what it ever yielded, as `precise.memory.fold`."""
+    v = wp.tid()
+    for k in range(3):
+        elastic = curvature[v][k] - kept[v][k]
+        beyond = wp.abs(elastic) - limit - (1.0 - retained) / retained * yielded[v][k]
+        if beyond > 0.0:
+            kept[v][k] = kept[v][k] + wp.sign(elastic) * retained * beyond
+            yielded[v][k] = yielded[v][k] + retained * beyond
+    moment[v] = -kept[v]

@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from sim1.cloth.avbd.threads import lifted_angles
+from sim1.cloth.avbd.threads import answers_of
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect
 from sim1.cloth.precise.world import World
@@ -35,5 +35,5 @@ class RestCurvature(Effect):
     def shape(self, solver: Any) -> None:
         """Other angles at rest."""
         sheet = solver.sheet
-        curl = lifted_angles(sheet.hinge.numpy(), solver.model.particle_q.numpy(), (self.kappa_u, self.kappa_v))
+        curl = answers_of(sheet.hinge.numpy(), solver.model.particle_q.numpy()) @ [self.kappa_u, self.kappa_v, 0.0]
         sheet.hinge_angle.assign(sheet.hinge_angle.numpy() + curl.astype(np.float32))
