@@ -198,7 +198,7 @@ def test_the_matrix_is_the_derivative_of_the_forces(bundle, world, change):
     v, acc, way = (scale * stream.standard_normal(x.shape) for scale in (1e-3, 1.0, 1.0))
     rate, mass_rate, tiny = 90.0, 8100.0, 1e-7
     none = np.zeros((len(net.first) - 1, 3))
-    target, on = scene.paths(world)[0], np.full(len(net.held), world.compliance_m_n > 0.0)
+    target, on = np.ascontiguousarray(scene.paths(world)[0]), np.full(len(net.held), world.compliance_m_n > 0.0)
     band = np.empty((x.size, 3 * net_width(net) + 3))
     derivative(x, v, mass_rate, rate, 1e-3, net, cloth, none, none, on, False, band)
     sides = []

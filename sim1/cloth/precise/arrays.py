@@ -2,6 +2,8 @@
 
 from collections import namedtuple
 
+import numpy as np
+
 # Shared by all worlds of a simulation. V vertices, F faces, C curvature stencils, H held vertices, G grips, M markers.
 Net = namedtuple(
     "Net",
@@ -75,3 +77,8 @@ Cloth = namedtuple(
     PULL_DAMPING,
 ) = range(27)
 SCALARS = 27
+
+# Numbers that loops hand on to loops, numpy's: a loop that is called with a literal is compiled once more for it.
+BASE = np.int64(0)  # the row of the base
+DEFINITE = np.int64(0)  # kind of a matrix: its Cholesky factor is there
+ALL_FACES = np.bool_(False)  # compressed ones keep their geometric part: not tension only

@@ -23,7 +23,7 @@ _dgemm = types.ExternalFunction(
 )
 
 BLOCK = 32  # columns
-PLAIN, TURNED, LOWER = 78, 84, 76  # "N", "T", "L", as BLAS is told
+PLAIN, TURNED, LOWER = np.array([78, 84, 76], np.uint8)  # "N", "T", "L", as BLAS is told
 
 
 @njit(cache=True, nogil=True)

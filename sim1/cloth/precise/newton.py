@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from sim1.cloth.precise.arrays import COMPLIANCE, PULL_STIFFNESS
+from sim1.cloth.precise.arrays import BASE, COMPLIANCE, DEFINITE, PULL_STIFFNESS
 from sim1.cloth.precise.forces import FLAGS, residual
 from sim1.cloth.precise.jaws import coupling, solve_coupled
 from sim1.cloth.precise.lapack import factor
@@ -35,10 +35,10 @@ def newton(
         x -= share * change
         v[:] = rate * x + hv
         acc[:] = mass_rate * x + ha
-        residual(x, v, acc, sliding, net, cloth, 0, curvature, moment, crease, target, held_on, out)
+        residual(x, v, acc, sliding, net, cloth, BASE, curvature, moment, crease, target, held_on, out)
         if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
             pull(x, v, net, cloth.scalar[0], goal, goal_v, force, out)
-        smooth_push(v, cloth.push, 0, out)
+        smooth_push(v, cloth.push, BASE, out)
         if not fresh:
             slope = _dot(out, change)
             if slope < -0.6 * first and size * share > 10.0 * tolerance and searches < 5:
@@ -69,7 +69,7 @@ def newton(
                 return -np.inf
             old = False
         change[:] = out
-        solve_coupled(0, band, band, nowhere, rows, change.reshape(1, -1))
+        solve_coupled(DEFINITE, band, band, nowhere, rows, change.reshape(1, -1))
         size = largest(change.ravel())
         if not size < 1e3:
             return -np.inf

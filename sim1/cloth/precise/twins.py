@@ -8,7 +8,9 @@ import numpy as np
 from numba import njit
 
 from sim1.cloth.precise.arrays import (
+    ALL_FACES,
     COMPLIANCE,
+    DEFINITE,
     HYSTERESIS,
     PULL_STIFFNESS,
     RETAINED,
@@ -34,13 +36,13 @@ def matrix(x, hv, rate, mass_rate, sliding, net, cloth, curvature, moment, held_
     """Factorize the matrix, compressed faces included, at the base's shape. 0: into `band`; 1: not definite, into `full`; -1: singular."""
     v = rate * x + hv
     for attempt in range(2):
-        derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, held_on, False, band)
+        derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, held_on, ALL_FACES, band)
         if cloth.scalar[0, PULL_STIFFNESS] > 0.0:
             pull_slope(net, cloth.scalar[0], goal, rate, band)
         smooth_push_slope(cloth.push, rate, band)
         if attempt == 0 and factor(band) == 0:
-            return 0
-    return 1 if factor_any(band, full, pivot) == 0 else -1
+            return DEFINITE
+    return DEFINITE + 1 if factor_any(band, full, pivot) == 0 else DEFINITE - 1
 
 
 @njit(cache=True, nogil=True)
