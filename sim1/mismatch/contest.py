@@ -9,7 +9,7 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.afar import from_afar
 from sim1.mismatch.decide import best_of, gain_of, null_of, rating, rivals_of
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import Fit, Tempers, fit, temper_of
+from sim1.mismatch.fit import Fit, Tempers, fit, promised, temper_of
 from sim1.mismatch.models import Model, calibrate, extended, judged, widened, without
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import Unknowns
@@ -17,6 +17,7 @@ from sim1.mismatch.thresholds import Thresholds
 
 FINALISTS = 3  # models, the baseline among them, that are fitted again once the mesh's error is known at the best
 AGAIN = 2  # iterations of that
+LONGEST = 10  # iterations after which the leader's search ends, converged or not
 NEAR, FAR = 3.0, 0.3  # of a threshold, and of what the best gains: models further behind it are not fitted again
 WORTH_MORE = 0.5  # share of a threshold from which more effort is spent
 PARTNERS = 3  # second effects that are tried beside each
@@ -45,12 +46,13 @@ def contest(
     found = with_one_effect(engine, base, names, thresholds, lambda s, n: progress(0.4 + 0.3 * s, f"trying {n}"))
     if _promising(engine, found, thresholds):
         progress(0.7, "fitting the best again")
-        found = sharpened(engine, found, names, thresholds)
+        found = to_the_end(engine, sharpened(engine, found, names, thresholds), names, thresholds)
     if _promising(engine, found, thresholds):
         wider = widened(engine, best_of(found.pool, thresholds), found.temper, names)
         found = replace(found, pool=_best_of_each((*found.pool, *wider)))
     if _promising(engine, found, thresholds):
         found = with_a_second(engine, found, names, thresholds, lambda s, n: progress(0.85 + 0.15 * s, f"trying {n}"))
+        found = to_the_end(engine, found, names, thresholds)
     return found
 
 
@@ -104,6 +106,38 @@ def sharpened(engine: Engine, found: Contest, names: tuple[str, ...], thresholds
         again = fit(engine, model.fit.unknowns, model.fit.z, names, temper=found.temper, most=most, given=given)
         pool.append(judged(again, found.temper, model.variants))
     return _tempered(engine, replace(found, pool=simplified(engine, pool, thresholds, names)), names, thresholds)
+
+
+def to_the_end(engine: Engine, found: Contest, names: tuple[str, ...], thresholds: Thresholds) -> Contest:
+    """The leader searched until it has converged, and who by what its slopes promise may yet overtake it.
+
+    What a strong effect that is half fitted leaves is large and differs from second to second, as if it were another effect.
+    """
+    pool, ended = list(found.pool), set()
+    while not engine.patience.over:
+        best = rating(best_of(pool, thresholds), thresholds)
+        ahead = [
+            place
+            for place, one in enumerate(pool)
+            if not (one.fit.converged or place in ended) and rating(one, thresholds) - promised(one.fit) <= best
+        ]
+        if not ahead:
+            break
+        place = min(ahead, key=lambda k: rating(pool[k], thresholds))
+        ended.add(place)
+        one = pool[place].fit
+        more = fit(
+            engine,
+            one.unknowns,
+            one.z,
+            names,
+            temper=found.temper,
+            most=LONGEST,
+            given=(one.residuals, one.slopes),
+            exact=False,
+        )
+        pool[place] = judged(more, found.temper, pool[place].variants)
+    return _tempered(engine, replace(found, pool=pool), names, thresholds)
 
 
 def _tempered(engine: Engine, found: Contest, names: tuple[str, ...], thresholds: Thresholds) -> Contest:

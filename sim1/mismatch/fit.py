@@ -114,7 +114,7 @@ def fit(
             taken += 1
             progress(taken / most)
             trial, new, gain = better
-            slopes, exact = _corrected(slopes, residuals, new, trial - z), False
+            slopes, exact = corrected(slopes, residuals, new, trial - z, normal), False
             z, residuals = trial, new
             if gain > FORETOLD * hoped:
                 continue
@@ -174,11 +174,20 @@ def _downhill(
     return followed, None
 
 
-def _corrected(
-    slopes: dict[str, np.ndarray], old: dict[str, np.ndarray], new: dict[str, np.ndarray], moved: np.ndarray
+def corrected(
+    slopes: dict[str, np.ndarray],
+    old: dict[str, np.ndarray],
+    new: dict[str, np.ndarray],
+    moved: np.ndarray,
+    normal: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    """Slopes (K, P) that would have foretold what a step (P,) did, otherwise as they were (Broyden 1965)."""
-    along = moved / max(float(moved @ moved), 1e-300)
+    """Slopes (K, P) that would have foretold what a step (P,) did, otherwise as they were (Broyden 1965).
+
+    Least changed in the metric of what is known, `normal` (P, P): of two ways that moved together the one that recordings cannot see,
+    density and stiffness by one factor, say, is not what they answered to.
+    """
+    along = normal @ moved
+    along = along / max(float(moved @ along), 1e-300)
     return {name: j + np.outer(new[name] - old[name] - j @ moved, along) for name, j in slopes.items()}
 
 

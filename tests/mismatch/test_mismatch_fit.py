@@ -11,7 +11,7 @@ from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch import contest
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import fit, loss, promised, secant_weights
+from sim1.mismatch.fit import corrected, fit, loss, promised, secant_weights
 from sim1.mismatch.models import Model, Tried, judged, widened, without
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Term, Unknowns, baseline
@@ -95,6 +95,38 @@ def test_slopes_that_somebody_guessed_are_not_believed_at_the_end(unknowns):
     straight = fit(engine, unknowns, np.zeros(2), ("only",), temper={"only": 1.0}, most=20)
     assert found.converged
     assert found.cost == pytest.approx(straight.cost, abs=0.5)
+
+
+def test_slopes_that_a_step_corrected_foretell_it_and_see_no_more_of_what_nothing_shows_than_before():
+    """A step that nothing was seen of, beside one that was: by the step's length alone both would share the correction."""
+    stream = np.random.default_rng(2)
+    seen, unseen = np.array([1.0, -1.0]), np.array([1.0, 1.0])
+    slopes = np.outer(20.0 * stream.standard_normal(300), seen)
+    moved = 0.1 * seen + 0.5 * unseen
+    new = slopes @ moved + 4.0 * stream.standard_normal(300)
+    normal = np.eye(2) + slopes.T @ slopes
+    after = corrected({"only": slopes}, {"only": np.zeros(300)}, {"only": new}, moved, normal)["only"]
+    np.testing.assert_allclose(after @ moved, new)
+    assert np.linalg.norm(after @ unseen) < 1e-3 * np.linalg.norm(after @ seen)
+
+
+def test_a_leader_is_searched_to_the_end_and_who_is_far_behind_is_left(unknowns, monkeypatch):
+    engine, tempers = Straight(bent=0.3), {"only": 1.0}
+    monkeypatch.setattr(contest, "temper_of", lambda *_: tempers)
+    half = fit(engine, unknowns, np.zeros(2), ("only",), temper=tempers, most=1, settle=False)
+    behind = fit(engine, unknowns, np.array([9.0, 9.0]), ("only",), temper=tempers, most=0)
+    hopeless = replace(behind, slopes={"only": 0.0 * behind.slopes["only"]})
+    pool = [
+        Model(terms=(), fit=hopeless, variants=1),
+        Model(terms=("air_drag",), fit=half, variants=1),
+        Model(terms=("wind",), fit=hopeless, variants=1),
+    ]
+    found = contest.to_the_end(engine, contest.Contest(pool=pool, temper=tempers), ("only",), THRESHOLDS)
+    null, leader, other = found.pool
+    assert not half.converged
+    assert leader.fit.converged
+    assert leader.fit.cost < half.cost - 1.0
+    assert [model.fit.z.tolist() for model in (null, other)] == [[9.0, 9.0]] * 2
 
 
 def test_secant_weights_are_those_by_which_the_likelihood_gains_exactly_the_difference_of_squares():
