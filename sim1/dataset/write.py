@@ -114,7 +114,11 @@ def _add_episode(writer, clip: RenderedClip, keypoints: np.ndarray) -> dict:
         raise BadInput(
             f"{clip.folder}: {clip.about['frame_count']} frames for {len(states)} states; render the episodes again"
         )
-    task = str(episode.about.get("task_text") or f"fold the {clip.garment}")
+    task = episode.about.get("task_text")
+    if not isinstance(task, str):
+        raise BadInput(
+            f"{clip.episode}/episode.json: task_text is {task!r}, expected the task in words; make the episode again"
+        )
     files = {camera: clip.frames(camera) for camera in sorted(clip.cameras)}
     ends = {}
     for frame in range(len(states)):

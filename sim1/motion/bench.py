@@ -94,6 +94,7 @@ class Bench:
         about = {
             "kind": "candidate",
             "garment": self.garment,
+            "task_text": self.task.instruction(self.garment),
             "seed": self.config.seed,
             "attempt": ticket.number,
             "perturbed": ticket.series == "perturbed",

@@ -10,6 +10,7 @@ from sim1.episode import RATE_HZ, Episode, write_episode
 from sim1.render.appearance import SCHEMA
 
 WIDTH, HEIGHT, STRIDE, VERTICES = 64, 48, 3, 40
+TASK = "turn the towel over"
 LOOK = {"fabric": {"name": "denim"}, "table": {"name": "walnut"}, "room": {"name": "office-low_sun-grey_carpet"}}
 
 
@@ -28,6 +29,7 @@ def make_episode(frame_count: int, seed: int) -> Episode:
     garment = stream.normal(0.0, 0.2, (1, VERTICES, 3)) + 0.002 * np.arange(frame_count)[:, None, None]
     about = {
         "garment": "towel",
+        "task_text": TASK,
         "seed": seed,
         "sources": [f"{seed:04d}"],
         "success": True,

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from rendered_towel import frame_image, make_episode, write_rendered
+from rendered_towel import TASK, frame_image, make_episode, write_rendered
 
 from sim1.cloth.physics import nominal_from_priors, write_physics
 from sim1.data_file import read_data_file
@@ -91,7 +91,7 @@ def test_lerobot_loads_and_iterates_the_dataset_without_a_network(made, offline)
         for frame in range(count):
             item = loaded[row]
             assert int(item["episode_index"]) == index
-            assert item["task"] == f"fold the {garment}"
+            assert item["task"] == TASK
             assert float(item["timestamp"]) == pytest.approx(frame / 10)
             np.testing.assert_array_equal(item["observation.state"].numpy(), source.state()[3 * frame])
             np.testing.assert_array_equal(item["action"].numpy(), source.action()[3 * frame])
@@ -187,7 +187,7 @@ def test_the_card_states_counts_license_and_what_is_simulated(made):
         "license: unknown",
         "6 episodes, 48 frames at 10 Hz",
         "scripted expert",
-        "| towel | fold the towel | 2 | 2.0 | 4 | 32 |",
+        "| towel | turn the towel over | 2 | 2.0 | 4 | 32 |",
         "1 tables and 1 rooms. 0 of 6 episodes show the garment's scanned texture, the\n  others 1 made-up fabrics",
     ):
         assert words in card
@@ -208,6 +208,16 @@ def test_garments_rendered_at_different_rates_are_refused(tmp_path):
     artifacts = {"towel": write_rendered(tmp_path / "towel"), "shorts": write_rendered(tmp_path / "shorts", rate_hz=15)}
     with pytest.raises(BadInput, match=r"rate_hz differ between garments: \[10, 15\]"):
         dataset({"rendered_episodes": artifacts}, tmp_path / "out", CONFIG)
+
+
+def test_an_episode_that_does_not_say_what_was_to_be_done_is_named(tmp_path):
+    artifact = write_rendered(tmp_path / "towel")
+    path = artifact / "episodes/0001/episode.json"
+    path.write_text(
+        json.dumps({key: value for key, value in json.loads(path.read_text()).items() if key != "task_text"})
+    )
+    with pytest.raises(BadInput, match=r"0001/episode\.json: task_text is None.*make the episode again"):
+        dataset({"rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
 
 
 def test_a_missing_frame_is_refused_by_name(tmp_path):

@@ -42,7 +42,12 @@ def episode(number: int) -> Episode:
         command_joints_rad=joints + 0.01,
         command_openness=np.full((FRAMES, 2), 0.5),
         garment_m=np.repeat(lying[None], FRAMES, axis=0).astype(np.float32),
-        about={"garment": "towel", "sources": [f"{number:04d}"], "cell": {"substeps": 4, "iterations": 3}},
+        about={
+            "garment": "towel",
+            "task_text": "fold the towel",
+            "sources": [f"{number:04d}"],
+            "cell": {"substeps": 4, "iterations": 3},
+        },
     )
 
 

@@ -57,6 +57,7 @@ def inputs(tmp_path_factory) -> dict[str, dict[str, Path]]:
     write_physics(folder / "calibrated_physics" / "cell.yaml", nominal_from_priors(FABRIC))
     task = yaml.safe_load((ROOT / "data" / "tasks" / "towel.yaml").read_text())
     task["steps"][0] |= {"lift_m": 0.08, "carry_s": 1.6}
+    task["text"] = "fold the small towel"
     (folder / "towel.yaml").write_text(yaml.safe_dump(task))
     return {name: {"towel": folder / name} for name in ("garment_mesh", "scene", "calibrated_physics")} | {
         "task": {"towel": folder / "towel.yaml"}
@@ -78,6 +79,7 @@ def test_a_small_towel_is_folded_by_finger_contact(artifact):
     episode = read_episode(out / "episodes" / f"{facts['attempt_count'] - 1:04d}")
     assert episode.about["success"]
     assert episode.about["figures"]["iou"] > 0.8
+    assert episode.about["task_text"] == "fold the small towel"
     assert np.abs(np.diff(episode.time_s) - 1 / 30).max() < 1e-9
 
 
