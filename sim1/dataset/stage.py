@@ -16,7 +16,7 @@ NAME = "sim1/folding"  # LeRobot wants an owner and a name; nothing is looked up
 class DatasetConfig:
     """How the dataset is written."""
 
-    keypoint_count: int = 12  # garment vertices in observation.environment_state; the same for every garment
+    keypoint_count: int = 12  # garment vertices in privileged.garment_keypoints; the same for every garment
     codec: Literal["h264", "libsvtav1"] = "h264"  # h264 decodes everywhere; libsvtav1 (AV1) is smaller and slower
     crf: int = 23  # constant rate factor of the video: lower is better and larger
     keyframe_interval: int = 2  # frames; short, because training reads frames in random order

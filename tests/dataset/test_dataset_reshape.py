@@ -84,7 +84,7 @@ def test_what_does_not_fit_is_refused_with_the_feature_and_nothing_is_left(made,
     rendered = write_rendered(tmp_path / "slow", variants=1, rate_hz=15)
     (tmp_path / "other").mkdir()
     dataset({"rendered_episodes": {"towel": rendered}}, tmp_path / "other", DatasetConfig(keypoint_count=4))
-    with pytest.raises(BadInput, match=r"other: feature observation\.environment_state, fps: not as in"):
+    with pytest.raises(BadInput, match=r"other: feature privileged\.garment_keypoints, fps: not as in"):
         merge([made, tmp_path / "other"], tmp_path / "out")
     assert not list(tmp_path.glob("out*"))
 

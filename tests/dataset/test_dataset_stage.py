@@ -17,7 +17,7 @@ from rendered_towel import TASK, frame_image, make_episode, write_rendered
 
 from sim1.cloth.physics import nominal_from_priors, write_physics
 from sim1.data_file import read_data_file
-from sim1.dataset.keypoints import keypoint_indices
+from sim1.dataset.keypoints import KEYPOINTS, keypoint_indices
 from sim1.dataset.stage import DatasetConfig, DatasetFile, check_dataset, check_source_owner, dataset
 from sim1.stage import BadInput
 
@@ -77,16 +77,8 @@ def test_lerobot_loads_and_iterates_the_dataset_without_a_network(made, offline)
     keypoints = keypoint_indices(np.random.default_rng(9).normal(size=(40, 3)), 5)
     # Garments in order of name: episodes 0 and 1 are shorts, 2 to 5 towels, each trajectory in two appearances.
     row = 0
-    for index, (number, count, variant, garment) in enumerate(
-        [
-            (0, 7, 0, "shorts"),
-            (1, 9, 0, "shorts"),
-            (0, 7, 0, "towel"),
-            (0, 7, 1, "towel"),
-            (1, 9, 0, "towel"),
-            (1, 9, 1, "towel"),
-        ]
-    ):
+    shown = [(0, 7, 0), (1, 9, 0), (0, 7, 0), (0, 7, 1), (1, 9, 0), (1, 9, 1)]
+    for index, (number, count, variant) in enumerate(shown):
         source = make_episode(19 if number == 0 else 25, seed=number)
         for frame in range(count):
             item = loaded[row]
@@ -94,13 +86,27 @@ def test_lerobot_loads_and_iterates_the_dataset_without_a_network(made, offline)
             assert item["task"] == TASK
             assert float(item["timestamp"]) == pytest.approx(frame / 10)
             np.testing.assert_array_equal(item["observation.state"].numpy(), source.state()[3 * frame])
-            np.testing.assert_array_equal(item["action"].numpy(), source.action()[3 * frame])
-            np.testing.assert_array_equal(
-                item["observation.environment_state"].numpy(), source.garment_m[3 * frame][keypoints].ravel()
-            )
+            before_next = min(3 * frame + 2, source.frame_count - 1)
+            np.testing.assert_array_equal(item["action"].numpy(), source.action()[before_next])
+            np.testing.assert_array_equal(item[KEYPOINTS].numpy(), source.garment_m[3 * frame][keypoints].ravel())
             picture = 255 * item["observation.images.head"].permute(1, 2, 0).numpy()
             assert np.abs(picture - frame_image(frame, hue=60 + 100 * variant + 50 * number)).mean() < 6.0
             row += 1
+
+
+def test_lerobot_hands_no_policy_what_only_a_simulator_knows(made):
+    from lerobot.configs import FeatureType
+    from lerobot.utils.feature_utils import dataset_to_policy_features
+
+    features = json.loads((made / "lerobot/meta/info.json").read_text())["features"]
+    assert KEYPOINTS in features
+    taken = dataset_to_policy_features(features)
+    assert {name: one.type for name, one in taken.items()} == {
+        "observation.state": FeatureType.STATE,
+        "observation.images.head": FeatureType.VISUAL,
+        "action": FeatureType.ACTION,
+    }
+    assert f"`{KEYPOINTS}` is privileged" in (made / "README.md").read_text()
 
 
 def test_its_own_check_passes(made):
