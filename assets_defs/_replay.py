@@ -10,7 +10,8 @@ import typer
 
 from assets_defs._open import open_home, stop
 
-STAGES = ("seed_demos", "candidate_trajectories")  # whose episodes are simulated; later ones are copies of these
+STAGES = ("seed_demos", "real_demos", "candidate_trajectories")  # whose episodes are simulated; later ones are copies
+CELL = ("garment_mesh", "scene")  # what commands need to be driven again, beside the episode's own record
 
 
 def replay(
@@ -27,12 +28,13 @@ def replay(
     home, graph = open_home(None)
     try:
         origin = _origin(folder)
-        inputs, config = _given(home, graph, folder, origin)
         from sim1.motion.replay import replay_commands, replay_seed
 
         if from_seed:
+            inputs, config = _given(home, graph, folder, origin)
             found = replay_seed(inputs, origin.garment, config, folder)
         else:
+            inputs, _ = _given(home, graph, folder, origin, CELL)
             found = replay_commands(inputs, folder)
     except (BadInput, StoreError) as error:
         stop(home.relative(str(error)))
@@ -52,8 +54,10 @@ class _Origin:
     versions: dict[str, str]  # input -> data version
 
 
-def _given(home, graph, folder: Path, origin: _Origin) -> tuple[dict[str, dict[str, Path]], Any]:
-    """Inputs of the stage that simulated the episode, and its settings then.
+def _given(
+    home, graph, folder: Path, origin: _Origin, names: tuple[str, ...] | None = None
+) -> tuple[dict[str, dict[str, Path]], Any]:
+    """Inputs of the stage that simulated the episode (all, or those with these names), and its settings then.
 
     Raises:
         BadInput: an input is not the one that the episode was made from.
@@ -65,7 +69,8 @@ def _given(home, graph, folder: Path, origin: _Origin) -> tuple[dict[str, dict[s
 
     node = graph.nodes.get(f"{origin.variant}/{origin.stage}") or graph.nodes[origin.stage]
     inputs = {}
-    for name, id_ in node.needs.items():
+    for name in names or node.needs:
+        id_ = node.needs[name]
         path, record = verified(home, graph.nodes[id_], origin.garment)
         if record["data_version"] != origin.versions[name]:
             raise BadInput(

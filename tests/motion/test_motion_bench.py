@@ -1,5 +1,6 @@
 """What the record of a generated episode says of it."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ from motion_synthetic import HOME, a_model
 
 import sim1.motion.bench
 from sim1.cloth.config import CellConfig
+from sim1.cloth.physics import nominal_from_priors, physics_of_record
 from sim1.episode import RATE_HZ, Episode, read_episode
 from sim1.motion.assembly import Attempt, Source
 from sim1.motion.bench import Bench
@@ -25,6 +27,21 @@ steps:
     left: {grasp: near_left, fold: {axis: x, at: 0.7}}
     right: {grasp: near_right, fold: {axis: x, at: 0.7}}
 """
+
+
+FABRIC = replace(
+    nominal_from_priors(
+        {
+            "area_density_kg_m2": {"value": 0.3},
+            "thickness_m": {"value": 0.002},
+            "stretch_n_m": {"value": 400.0},
+            "poisson": {"value": 0.3},
+            "bending_n_m": {"value": 5.0e-5},
+            "damping_s": {"value": 1.0e-3},
+        }
+    ),
+    effects=({"name": "air_drag", "parameters": {"c_normal": {"value": 1.2, "ci95": [1.0, 1.4], "unit": "1"}}},),
+)
 
 
 @pytest.fixture
@@ -54,7 +71,7 @@ def record(tmp_path, monkeypatch, arms, home) -> dict:
         model=a_model(),
         source=Source(home=home, garment_m={}),
         arms=arms,
-        cell=SimpleNamespace(config=CellConfig()),
+        cell=SimpleNamespace(config=CellConfig(), physics=FABRIC),
         config=CandidateTrajectoriesConfig(),
     )
     bench.make(Ticket(series="", number=0), tmp_path)
@@ -63,3 +80,7 @@ def record(tmp_path, monkeypatch, arms, home) -> dict:
 
 def test_it_says_what_was_to_be_done_in_the_words_of_the_task(record):
     assert record["task_text"] == "turn the towel over"
+
+
+def test_it_holds_the_physics_that_it_was_simulated_with(record):
+    assert physics_of_record(record["physics"], "episode.json") == FABRIC

@@ -10,9 +10,12 @@ import yaml
 
 from sim1.cloth.garment import grid_towel
 from sim1.cloth.physics import nominal_from_priors, write_physics
-from sim1.episode import read_episode
+from sim1.episode import read_episode, write_episode
+from sim1.motion.replay import replay_commands
+from sim1.robot.session import shortened
 from sim1.robot.stage import SeedDemosConfig, check_seed_demos, seed_demos
 from sim1.scene.description import Scene, write_scene
+from sim1.stage import BadInput
 
 ROOT = Path(__file__).parents[2]
 FABRIC = {
@@ -90,6 +93,22 @@ def test_all_blocking_checks_pass_and_the_replay_of_the_whole_run_is_equal_to_th
     again = json.loads((out / "cell.json").read_text())["replay"]
     assert again["frame_count"] > 150
     assert again["largest_difference_m"] == 0.0
+
+
+def test_an_episode_is_replayed_in_the_fabric_that_it_was_made_in(artifact, inputs, tmp_path):
+    """Nothing of the calibration is asked: by now it may be another one."""
+    out, _ = artifact
+    cell = {name: inputs[name] for name in ("garment_mesh", "scene")}
+    begin = shortened(read_episode(out / "episodes" / "0000"), 0.3)
+    write_episode(tmp_path / "same", begin)
+    assert replay_commands(cell, tmp_path / "same").same
+    heavier = {**begin.about["physics"], "area_density_kg_m2": {"value": 0.6, "ci95": None}}
+    write_episode(tmp_path / "other", replace(begin, about={**begin.about, "physics": heavier}))
+    assert not replay_commands(cell, tmp_path / "other").same
+    silent = {key: value for key, value in begin.about.items() if key != "physics"}
+    write_episode(tmp_path / "old", replace(begin, about=silent))
+    with pytest.raises(BadInput, match=r"old/episode\.json: key physics is missing.*made again"):
+        replay_commands(cell, tmp_path / "old")
 
 
 def test_the_session_opens_as_usd_with_moving_garment_and_links(artifact):
