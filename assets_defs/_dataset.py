@@ -20,14 +20,16 @@ def check(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="
 
     from sim1.dataset.check import check_lerobot
     from sim1.dataset.check_provenance import check_provenance
+    from sim1.dataset.limits import FILE, read_limits
     from sim1.dataset.reshape import PROVENANCE, lerobot_root
     from sim1.stage import BadInput
 
     try:
         root = lerobot_root(folder)
+        limits = read_limits(folder) if (folder / FILE).is_file() else None
     except BadInput as error:
         stop(str(error))
-    findings = check_lerobot(root)
+    findings = check_lerobot(root, limits=limits)
     if root != folder and (folder / PROVENANCE).is_file() and findings[0].passed:
         findings += check_provenance(folder)
     if as_json:

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from rendered_towel import TASK, frame_image, make_episode, write_rendered
+from rendered_towel import ROBOT, TASK, frame_image, make_episode, write_rendered
 
 from sim1.cloth.physics import nominal_from_priors, write_physics
 from sim1.data_file import read_data_file
@@ -42,7 +42,8 @@ def modelled(folder: Path) -> dict[str, dict[str, Path]]:
     write_physics(folder / "physics/model.yaml", replace(nominal_from_priors(fabric), effects=(drag, sticky)))
     write_physics(folder / "physics/cell.yaml", replace(nominal_from_priors(fabric), effects=(drag,)))
     (folder / "physics/verdict.json").write_text(json.dumps({"schema": "sim1.verdict/1", "verdict": "named"}))
-    return {name: {"towel": folder / "physics"} for name in ("calibrated_physics", "mismatch_report")}
+    made = {name: {"towel": folder / "physics"} for name in ("calibrated_physics", "mismatch_report")}
+    return {"robot": ROBOT} | made
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +149,7 @@ def test_the_licence_is_a_line_of_data_and_the_card_says_where(made, tmp_path):
     check_source_owner(owner)
     artifacts = {"towel": write_rendered(tmp_path / "towel", frame_counts=(19,))}
     (tmp_path / "out").mkdir()
-    dataset({"rendered_episodes": artifacts, "owner": {"": owner}}, tmp_path / "out", CONFIG)
+    dataset({"robot": ROBOT, "rendered_episodes": artifacts, "owner": {"": owner}}, tmp_path / "out", CONFIG)
     card = (tmp_path / "out" / "README.md").read_text()
     assert card.startswith("---\nlicense: cc-by-4.0\n")
     assert "License: cc-by-4.0.\n" in card
@@ -174,10 +175,13 @@ def test_another_process_with_other_hashes_gives_the_same_bytes(made, tmp_path):
         "folder = Path(sys.argv[1])\n"
         "inputs = {'rendered_episodes': {name: folder / name for name in ('towel', 'shorts')}}\n"
         "inputs |= {name: {'towel': folder / 'physics'} for name in ('calibrated_physics', 'mismatch_report')}\n"
+        "inputs |= {'robot': {'': Path(sys.argv[3])}}\n"
         "dataset(inputs, Path(sys.argv[2]), DatasetConfig(keypoint_count=5))"
     )
     environment = {**os.environ, "PYTHONHASHSEED": "7", "PYTHONPATH": str(Path(__file__).parents[2])}
-    subprocess.run([sys.executable, "-c", code, str(made.parent), str(tmp_path)], check=True, env=environment)
+    subprocess.run(
+        [sys.executable, "-c", code, str(made.parent), str(tmp_path), str(ROBOT[""])], check=True, env=environment
+    )
     assert digests(tmp_path) == digests(made)
 
 
@@ -207,13 +211,13 @@ def test_nothing_rendered_is_refused(tmp_path):
         dataset({}, tmp_path, CONFIG)
     write_rendered(tmp_path / "towel", frame_counts=())
     with pytest.raises(BadInput, match="no trajectory was accepted"):
-        dataset({"rendered_episodes": {"towel": tmp_path / "towel"}}, tmp_path / "out", CONFIG)
+        dataset({"robot": ROBOT, "rendered_episodes": {"towel": tmp_path / "towel"}}, tmp_path / "out", CONFIG)
 
 
 def test_garments_rendered_at_different_rates_are_refused(tmp_path):
     artifacts = {"towel": write_rendered(tmp_path / "towel"), "shorts": write_rendered(tmp_path / "shorts", rate_hz=15)}
     with pytest.raises(BadInput, match=r"rate_hz differ between garments: \[10, 15\]"):
-        dataset({"rendered_episodes": artifacts}, tmp_path / "out", CONFIG)
+        dataset({"robot": ROBOT, "rendered_episodes": artifacts}, tmp_path / "out", CONFIG)
 
 
 def test_an_episode_that_does_not_say_what_was_to_be_done_is_named(tmp_path):
@@ -223,14 +227,14 @@ def test_an_episode_that_does_not_say_what_was_to_be_done_is_named(tmp_path):
         json.dumps({key: value for key, value in json.loads(path.read_text()).items() if key != "task_text"})
     )
     with pytest.raises(BadInput, match=r"0001/episode\.json: task_text is None.*make the episode again"):
-        dataset({"rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
+        dataset({"robot": ROBOT, "rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
 
 
 def test_a_missing_frame_is_refused_by_name(tmp_path):
     artifact = write_rendered(tmp_path / "towel")
     (artifact / "episodes/0001/v0/head/000004.png").unlink()
     with pytest.raises(BadInput, match=r"0001/v0: frames per camera \{'head': 8\}"):
-        dataset({"rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
+        dataset({"robot": ROBOT, "rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
 
 
 def test_frames_whose_appearance_is_told_in_another_schema_are_refused(tmp_path):
@@ -240,7 +244,7 @@ def test_frames_whose_appearance_is_told_in_another_schema_are_refused(tmp_path)
     with pytest.raises(
         BadInput, match=r"0001/v0/appearance\.json: .*schema is 'sim1.appearance/1', expected '.*/3'.*render"
     ):
-        dataset({"rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
+        dataset({"robot": ROBOT, "rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
 
 
 def test_keypoints_cover_the_garment_and_come_in_one_order():

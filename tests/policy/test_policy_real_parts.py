@@ -84,7 +84,11 @@ def inputs(tmp_path_factory):
         write_episode(clip, episode(number))
         for appearance in range(2):
             paint_clip(clip / f"v{appearance}", shade=40 + 50 * number + 20 * appearance)
-    dataset({"rendered_episodes": {"towel": place["rendered"]}}, place["dataset"], DatasetConfig())
+    dataset(
+        {"robot": {"": ROOT / "data" / "robot"}, "rendered_episodes": {"towel": place["rendered"]}},
+        place["dataset"],
+        DatasetConfig(),
+    )
     stages = ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality")
     given = {name: {"towel": place[name]} for name in stages}
     return {**given, "dataset": {"": place["dataset"]}}
