@@ -1,4 +1,4 @@
-"""`sim1 generate` undisturbed, and killed again and again amid its attempts: the same episodes to the byte."""
+"""`sim1 generate` undisturbed, and killed again and again amid its attempts: the same episodes to the byte; a dataset of them."""
 
 import os
 import signal
@@ -44,14 +44,22 @@ def killed_at_work(process: Popen, root: Path, delay_s: float) -> bool:
     return process.returncode == -signal.SIGKILL and bool(under_way(root) - before)
 
 
+@pytest.fixture(scope="module")
+def whole(sim1, tmp_path_factory) -> Path:
+    """Real attempts of the towel in its smallest size, by one process that nobody disturbs."""
+    stages = [word for stage in ("valid_trajectories", "mismatch_report") for word in ("--select", stage)]
+    made = sim1("run", "--profile", "smoke", "--variant", "base", *stages)
+    assert made.returncode == 0, made.stdout[-4000:] + made.stderr[-4000:]
+    folder = tmp_path_factory.mktemp("generated") / "whole"
+    answer = sim1("generate", "towel", "--target", TARGET, "--workers", "1", "--out", str(folder))
+    assert answer.returncode == 0, answer.stderr
+    return folder
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
-def test_a_run_that_is_killed_amid_its_attempts_ends_with_the_episodes_of_an_undisturbed_one(home, sim1, tmp_path):
-    """Real attempts of the towel in its smallest size, undisturbed by one process, killed by two."""
-    made = sim1("run", "--profile", "smoke", "--variant", "base", "--select", "valid_trajectories")
-    assert made.returncode == 0, made.stdout[-4000:] + made.stderr[-4000:]
-    whole = sim1("generate", "towel", "--target", TARGET, "--workers", "1", "--out", str(tmp_path / "whole"))
-    assert whole.returncode == 0, whole.stderr
+def test_a_run_that_is_killed_amid_its_attempts_ends_with_the_episodes_of_an_undisturbed_one(whole, sim1, tmp_path):
+    """Two processes make them, and are killed."""
     killed = tmp_path / "killed"
     command = ("generate", "towel", "--target", TARGET, "--workers", "2", "--out", str(killed))
     stream = random_stream(0, "kills")
@@ -66,7 +74,22 @@ def test_a_run_that_is_killed_amid_its_attempts_ends_with_the_episodes_of_an_und
     answer = sim1(*command)
     assert answer.returncode == 0, answer.stderr
     assert known == sorted(known)
-    assert content(killed) == content(tmp_path / "whole")
+    assert content(killed) == content(whole)
     table = pd.read_parquet(killed / "attempts.parquet")
     assert table.accepted.sum() == int(TARGET)
     assert not table.failure[~table.accepted].isna().any()
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_generated_episodes_become_a_dataset_that_passes_its_checks(whole, sim1, tmp_path):
+    answer = sim1("dataset", "make", str(whole), "--out", str(tmp_path / "made"))
+    assert answer.returncode == 0, answer.stderr
+    assert answer.stdout.startswith(f"{TARGET} episodes")
+    checked = sim1("dataset", "check", str(tmp_path / "made" / "dataset"))
+    assert checked.returncode == 0, checked.stdout
+    assert "joints_within_limits" in checked.stdout
+    table = pd.read_parquet(tmp_path / "made" / "dataset" / "provenance.parquet")
+    assert table.trajectory.str.startswith("seed1_").all()
+    assert table.task.unique().tolist() == ["fold the towel"]
+    assert table.physics.notna().all()
