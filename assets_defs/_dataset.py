@@ -1,13 +1,17 @@
-"""`sim1 dataset`: any LeRobot v3 dataset checked, merged, split."""
+"""`sim1 dataset`: any LeRobot v3 dataset checked, merged, split, and one made of generated episodes."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from assets_defs._open import stop
+from assets_defs._open import open_home, stop
 
-dataset = typer.Typer(help="LeRobot v3 datasets, this project's or others: check, merge, split.", no_args_is_help=True)
+dataset = typer.Typer(
+    help="LeRobot v3 datasets, this project's or others: check, merge, split; make one of generated episodes.",
+    no_args_is_help=True,
+)
+PHYSICS = ("garment_mesh", "scene", "calibrated_physics")  # that episodes show, and that their provenance names
 
 Folder = Annotated[Path, typer.Argument(help="LeRobot root, or an artifact such as data/store/dataset/_.")]
 Out = Annotated[Path, typer.Option(help="New folder.")]
@@ -20,14 +24,16 @@ def check(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="
 
     from sim1.dataset.check import check_lerobot
     from sim1.dataset.check_provenance import check_provenance
+    from sim1.dataset.limits import FILE, read_limits
     from sim1.dataset.reshape import PROVENANCE, lerobot_root
     from sim1.stage import BadInput
 
     try:
         root = lerobot_root(folder)
+        limits = read_limits(folder) if (folder / FILE).is_file() else None
     except BadInput as error:
         stop(str(error))
-    findings = check_lerobot(root)
+    findings = check_lerobot(root, limits=limits)
     if root != folder and (folder / PROVENANCE).is_file() and findings[0].passed:
         findings += check_provenance(folder)
     if as_json:
@@ -80,3 +86,42 @@ def split(
         stop(str(error))
     for name, count in counts.items():
         print(f"{count} episodes in {out / name / 'lerobot'}")
+
+
+@dataset.command()
+def make(
+    folder: Annotated[Path, typer.Argument(help="Folder of `sim1 generate`.")],
+    out: Annotated[Path, typer.Option(help="Folder for rendered/ and dataset/; one that was begun goes on.")],
+) -> None:
+    """Render the accepted episodes of `sim1 generate` and write a dataset of them, as the last full run's profile does it."""
+    import dataclasses
+
+    from assets_defs._config import config_of
+    from assets_defs._origin import generated_origin, inputs_then, made_from, node_of
+    from assets_defs._progress import bar
+    from assets_defs._sources import source
+    from assets_defs._store import StoreError, verified
+    from sim1.dataset.generated import dataset_of_generated
+    from sim1.progress import listening
+    from sim1.render.blender import BlenderFailed
+    from sim1.stage import BadInput
+
+    given, asked = folder.resolve(), out.resolve()
+    home, graph = open_home(None)
+    try:
+        origin = generated_origin(given)
+        inputs, _ = inputs_then(home, graph, given, origin, PHYSICS)
+        report, record = verified(home, node_of(graph, "mismatch_report", origin.variant), origin.garment)
+        if made_from(record)["calibrated_physics"] != origin.versions["calibrated_physics"]:
+            raise BadInput(f"{report}: is of another calibration; make it again: sim1 run --select mismatch_report")
+        inputs["mismatch_report"] = {origin.garment: report}
+        rendering, writing = (node_of(graph, name, origin.variant) for name in ("rendered_episodes", "dataset"))
+        for node, name in ((rendering, "appearance"), (writing, "robot"), (writing, "owner")):
+            if path := source(home, node, None, name):
+                inputs[name] = {"": path}
+        render = dataclasses.replace(config_of(rendering), max_episodes=0)
+        with bar(1.0) as show, listening(lambda done, total, what: show(done / total if total else 0.0, what)):
+            facts = dataset_of_generated(given, inputs, origin.garment, render, config_of(writing), asked)
+    except (BadInput, StoreError, BlenderFailed) as error:
+        stop(home.relative(str(error)))
+    print(f"{facts['episodes']} episodes, {facts['frames']} frames in {asked / 'dataset' / 'lerobot'}")

@@ -42,6 +42,15 @@ class Episode:
         """Commanded counterpart of `state`: (T, 14) float32."""
         return _pack(self.command_joints_rad, self.command_openness)
 
+    def action_until_next(self, stride: int) -> np.ndarray:
+        """What to command in every `stride`-th frame to get to the state of the next of these: (ceil(T / stride), 14) float32.
+
+        That is the command of the last frame before it; a frame's own command leads 1 / `RATE_HZ` s ahead, and who follows it at
+        a lower rate comes late. Behind the last kept frame it is the episode's last one.
+        """
+        last_before = np.arange(stride - 1, self.frame_count + stride - 1, stride)
+        return self.action()[np.minimum(last_before, self.frame_count - 1)]
+
 
 def _pack(joints: np.ndarray, openness: np.ndarray) -> np.ndarray:
     return np.concatenate([joints, openness[..., None]], axis=-1).reshape(len(joints), -1).astype(np.float32)

@@ -9,7 +9,7 @@ from sim1.cloth.config import CellConfig
 
 
 class GenericCloth:
-    """`SolverVBD` behind what the cell asks of a solver. Its membrane is Neo-Hookean; named physics is not acted."""
+    """`SolverVBD` behind what the cell asks of a solver. Its membrane is Neo-Hookean; it acts no named physics."""
 
     def __init__(self, model: Any, config: CellConfig, friction: float, rest_exclusion_m: float) -> None:
         """Self-contact as the project's own solver has it, so that the two differ in nothing but the solver.

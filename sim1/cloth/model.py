@@ -7,6 +7,7 @@ import numpy as np
 from sim1.cloth.config import GRAVITY_M_S2, PATH_SHARE, CellConfig
 from sim1.cloth.garment import GarmentMesh, unique_edges
 from sim1.cloth.physics import ClothPhysics, membrane
+from sim1.stage import BadInput
 
 TABLE = 0  # number of the table's shape
 CONTACT_GAP_M = 0.005  # solids are looked for this near
@@ -120,7 +121,11 @@ def contacts_of(model: Any, physics: ClothPhysics, config: CellConfig) -> tuple[
 
 
 def solver_of(model: Any, garment: GarmentMesh, physics: ClothPhysics, config: CellConfig) -> Any:
-    """The cloth solver of the cell: bodies are moved from outside and act on the cloth, not the reverse."""
+    """The cloth solver of the cell: bodies are moved from outside and act on the cloth, not the reverse.
+
+    Raises:
+        BadInput: the generic solver is asked for physics that it cannot act.
+    """
     from sim1.cloth.avbd import AVBDConfig, SelfContact, SolverAVBD
     from sim1.cloth.effects import acted_effects
     from sim1.cloth.generic import GenericCloth
@@ -129,6 +134,11 @@ def solver_of(model: Any, garment: GarmentMesh, physics: ClothPhysics, config: C
     shortest = float(np.linalg.norm(garment.rest_m[edges[:, 0]] - garment.rest_m[edges[:, 1]], axis=1).min())
     rest_exclusion_m = min(2.0 * config.self_margin_m, 0.9 * shortest)
     if config.solver == "vbd":
+        if physics.effects:
+            raise BadInput(
+                f"cell: solver vbd acts no named physics, and the fabric has {', '.join(str(e['name']) for e in physics.effects)}; "
+                "simulate with the baseline (stage calibrated_physics, simulate_with: baseline), or with solver avbd"
+            )
         return GenericCloth(model, config, physics.friction.self.value, rest_exclusion_m)
     layers = None
     if config.self_contact:

@@ -99,14 +99,28 @@ def read_physics(path: Path) -> ClothPhysics:
         content = yaml.safe_load(path.read_text())
     except (OSError, yaml.YAMLError) as error:
         raise BadInput(f"{path}: not a readable model file ({error}); make it again") from error
-    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
-        found = content.get("schema") if isinstance(content, dict) else content
-        raise BadInput(f"{path}: schema is {found!r}, expected {SCHEMA!r}")
-    return _from_mapping({key: value for key, value in content.items() if key != "schema"}, str(path), strict=True)
+    return physics_of_record(content, str(path))
 
 
 def write_physics(path: Path, physics: ClothPhysics) -> None:
     """Write `model.yaml`; reading it back gives an equal object."""
+    path.write_text(yaml.safe_dump(physics_record(physics), sort_keys=False))
+
+
+def physics_of_record(content: Any, where: str) -> ClothPhysics:
+    """Physics from the contents of a model file, wherever they are kept; `where` is named in what is raised.
+
+    Raises:
+        BadInput: wrong schema, unknown or missing key, value out of range.
+    """
+    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
+        found = content.get("schema") if isinstance(content, dict) else content
+        raise BadInput(f"{where}: schema is {found!r}, expected {SCHEMA!r}")
+    return _from_mapping({key: value for key, value in content.items() if key != "schema"}, where, strict=True)
+
+
+def physics_record(physics: ClothPhysics) -> dict[str, Any]:
+    """The contents of a model file, in JSON's types; `physics_of_record` gives an equal object."""
     content: dict[str, Any] = {"schema": SCHEMA}
     content |= {name: _to_mapping(getattr(physics, name)) for name in SCALARS}
     content["friction"] = {name: _to_mapping(getattr(physics.friction, name)) for name in CONTACTS}
@@ -117,7 +131,7 @@ def write_physics(path: Path, physics: ClothPhysics) -> None:
         content["mesh"] = dict(physics.mesh)
     if physics.mesh_refined is not None:
         content["mesh_refined"] = physics.mesh_refined
-    path.write_text(yaml.safe_dump(content, sort_keys=False))
+    return content
 
 
 def _to_mapping(item: Property) -> dict[str, Any]:

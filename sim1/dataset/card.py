@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 from jinja2 import Environment
 
+from sim1.dataset.keypoints import KEYPOINTS
 from sim1.dataset.pictures import write_frames_picture, write_motion_picture
 from sim1.render.appearance import SCANNED
 from sim1.stage import Facts
@@ -45,7 +46,8 @@ None of the figures or pictures here were measured on a real robot.
 * **Pictures** are rendered with Blender. Table, room, light and the elevation of the head camera are drawn at random for every
   episode: {{ looks.tables }} tables and {{ looks.rooms }} rooms. {{ looks.scanned }} of {{ total.episodes }} episodes show the garment's scanned texture, the
   others {{ looks.fabrics }} made-up fabrics; names and numbers are in `look` of `provenance.parquet`.
-* **Garments and robot** move in a simulation. States are the simulated joint angles, actions the commands that led to them.
+* **Garments and robot** move in a simulation. States are the simulated joint angles, actions the commands that lead
+  to the next frame's.
 * **Garment shapes** come from the scans that the pipeline was given. Those that the project ships are virtual: made by a model of
   a depth camera, not by a scanner.
 * **Demonstrations** that the trajectories were grown from are those of a scripted expert, unless `about` in
@@ -58,8 +60,9 @@ None of the figures or pictures here were measured on a real robot.
 {% for name, feature in features -%}
 | `{{ name }}` | {{ feature.shape|list }} | {{ meaning(name) }} |
 {% endfor %}
-`keypoints.json` names, for each garment, the mesh vertices in `observation.environment_state`: farthest-point sampling on the rest shape,
-starting with the vertex farthest from the mean.
+`{{ keypoints }}` is privileged: only a simulator knows where the garment is. Its name does not begin with `observation`, so that no
+policy of LeRobot takes it for an input. `keypoints.json` names, for each garment, the mesh vertices in it: farthest-point sampling on the
+rest shape, starting with the vertex farthest from the mean.
 
 ![Joint angles of state and action in the first episode of every garment](motion.png)
 
@@ -82,8 +85,8 @@ print(dataset[0]["observation.state"], dataset[0]["task"])
 
 MEANINGS = {
     "observation.state": "joint angles (rad) and openness (0 closed, 1 open), left arm then right arm",
-    "action": "commanded counterpart of the state in the same frame",
-    "observation.environment_state": "positions of garment keypoints in the world frame (m), from the simulation",
+    "action": "what to command from this frame to the next, to get to the state there: of the 30 commands a second, the last one before it",
+    KEYPOINTS: "positions of garment keypoints in the world frame (m), from the simulation: privileged, no input of a policy for a robot",
 }
 
 
@@ -113,7 +116,9 @@ def write_card(out: Path, provenance: pd.DataFrame, *, name: str, license: str) 
     write_frames_picture(out, provenance)
     write_motion_picture(out, provenance)
     features = [
-        (key, feature) for key, feature in info["features"].items() if key.startswith(("observation", "action"))
+        (key, feature)
+        for key, feature in info["features"].items()
+        if key.startswith(("observation", "action")) or key == KEYPOINTS
     ]
     text = Environment(autoescape=False, keep_trailing_newline=True).from_string(CARD)  # Markdown, not HTML
     (out / "README.md").write_text(
@@ -126,6 +131,7 @@ def write_card(out: Path, provenance: pd.DataFrame, *, name: str, license: str) 
             features=features,
             meaning=_meaning,
             name=name,
+            keypoints=KEYPOINTS,
         )
     )
     return {"episodes": len(provenance), "frames": frames, "size_mb": round(total["size_mb"], 3), "garments": table}

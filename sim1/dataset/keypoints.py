@@ -2,6 +2,10 @@
 
 import numpy as np
 
+# LeRobot's policies take every column whose name begins with "observation" for an input, and one of these names for the
+# environment's state. Where the garment is, only a simulator knows: a column of another name they leave alone.
+KEYPOINTS = "privileged.garment_keypoints"
+
 
 def keypoint_indices(rest_m: np.ndarray, count: int) -> np.ndarray:
     """Vertices that cover the garment evenly: farthest-point sampling on its rest shape.

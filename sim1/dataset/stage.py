@@ -16,7 +16,7 @@ NAME = "sim1/folding"  # LeRobot wants an owner and a name; nothing is looked up
 class DatasetConfig:
     """How the dataset is written."""
 
-    keypoint_count: int = 12  # garment vertices in observation.environment_state; the same for every garment
+    keypoint_count: int = 12  # garment vertices in privileged.garment_keypoints; the same for every garment
     codec: Literal["h264", "libsvtav1"] = "h264"  # h264 decodes everywhere; libsvtav1 (AV1) is smaller and slower
     crf: int = 23  # constant rate factor of the video: lower is better and larger
     keyframe_interval: int = 2  # frames; short, because training reads frames in random order
@@ -30,12 +30,13 @@ class DatasetFile:
 
 
 def dataset(inputs: Inputs, out: Path, config: DatasetConfig) -> Facts:
-    """Write `lerobot/`, `README.md`, `provenance.parquet`, `keypoints.json` and pictures.
+    """Write `lerobot/`, `README.md`, `provenance.parquet`, `keypoints.json`, `limits.json` and pictures.
 
     Raises:
         BadInput: nothing to write, or the garments were rendered at different rates, sizes or with different cameras.
     """
     from sim1.dataset.card import write_card
+    from sim1.dataset.limits import write_limits
     from sim1.dataset.physics import known_physics
     from sim1.dataset.sources import read_clips
     from sim1.dataset.write import write_dataset
@@ -51,6 +52,7 @@ def dataset(inputs: Inputs, out: Path, config: DatasetConfig) -> Facts:
     models, reports = inputs.get("calibrated_physics", {}), inputs.get("mismatch_report", {})
     physics = {garment: known_physics(models.get(garment), reports.get(garment)) for garment in artifacts}
     provenance = write_dataset(clips, out, config, name=NAME, physics=physics)
+    write_limits(out, only(inputs, "robot"))
     owner = read_data_file(only(inputs, "owner"), DatasetFile, SCHEMA) if inputs.get("owner") else DatasetFile()
     return write_card(out, provenance, name=NAME, license=owner.license)
 
@@ -61,15 +63,9 @@ def check_source_owner(path: Path) -> None:
 
 
 def check_dataset(artifact: Path) -> list[Finding]:
-    """Consistency of the LeRobot dataset, joint ranges, and pictures that belong to the states beside them."""
-    import numpy as np
-
+    """Consistency of the LeRobot dataset, the robot's joint limits, and pictures that belong to the states beside them."""
     from sim1.dataset.check import check_lerobot
     from sim1.dataset.check_provenance import check_provenance
+    from sim1.dataset.limits import read_limits
 
-    arm_lower, arm_upper = (
-        [-np.pi] * 6 + [0.0],
-        [np.pi] * 6 + [1.0],
-    )  # no joint of the arms turns further than half a turn
-    limits = (np.array(arm_lower * 2), np.array(arm_upper * 2))
-    return [*check_lerobot(artifact / "lerobot", limits=limits), *check_provenance(artifact)]
+    return [*check_lerobot(artifact / "lerobot", limits=read_limits(artifact)), *check_provenance(artifact)]

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from PIL import Image
 
-from sim1.dataset.keypoints import keypoint_indices
+from sim1.dataset.keypoints import KEYPOINTS, keypoint_indices
 from sim1.dataset.quiet import quiet_libraries
 from sim1.dataset.sources import RenderedClip
 from sim1.dataset.stage import DatasetConfig
@@ -96,7 +96,7 @@ def _features(cameras: tuple[tuple[str, int, int], ...], keypoint_count: int) ->
     return {
         "observation.state": state,
         "action": dict(state),
-        "observation.environment_state": {"dtype": "float32", "shape": (len(points),), "names": points},
+        KEYPOINTS: {"dtype": "float32", "shape": (len(points),), "names": points},
         **images,
     }
 
@@ -109,12 +109,17 @@ def _add_episode(writer, clip: RenderedClip, keypoints: np.ndarray) -> dict:
             f"{clip.episode}: {episode.garment_m.shape[1]} garment vertices, its mesh has {len(clip.rest_m)}; render the episodes again"
         )
     kept = slice(None, None, clip.stride)
-    states, actions, points = episode.state()[kept], episode.action()[kept], episode.garment_m[kept][:, keypoints]
+    states, points = episode.state()[kept], episode.garment_m[kept][:, keypoints]
+    actions = episode.action_until_next(clip.stride)
     if len(states) != clip.about["frame_count"]:
         raise BadInput(
             f"{clip.folder}: {clip.about['frame_count']} frames for {len(states)} states; render the episodes again"
         )
-    task = str(episode.about.get("task_text") or f"fold the {clip.garment}")
+    task = episode.about.get("task_text")
+    if not isinstance(task, str):
+        raise BadInput(
+            f"{clip.episode}/episode.json: task_text is {task!r}, expected the task in words; make the episode again"
+        )
     files = {camera: clip.frames(camera) for camera in sorted(clip.cameras)}
     ends = {}
     for frame in range(len(states)):
@@ -125,7 +130,7 @@ def _add_episode(writer, clip: RenderedClip, keypoints: np.ndarray) -> dict:
             {
                 "observation.state": states[frame],
                 "action": actions[frame],
-                "observation.environment_state": points[frame].astype(np.float32).ravel(),
+                KEYPOINTS: points[frame].astype(np.float32).ravel(),
                 **{f"observation.images.{camera}": image for camera, image in images.items()},
                 "task": task,
             }

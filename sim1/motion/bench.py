@@ -12,7 +12,7 @@ import torch
 
 from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
 from sim1.cloth.garment import GarmentMesh, read_garment_mesh
-from sim1.cloth.physics import read_physics
+from sim1.cloth.physics import physics_record, read_physics
 from sim1.episode import Episode, read_episode, read_start, write_episode
 from sim1.motion.assembly import Attempt, Source, attempt
 from sim1.motion.commands import Arms
@@ -94,11 +94,13 @@ class Bench:
         about = {
             "kind": "candidate",
             "garment": self.garment,
+            "task_text": self.task.instruction(self.garment),
             "seed": self.config.seed,
             "attempt": ticket.number,
             "perturbed": ticket.series == "perturbed",
             "method": self.model.method,
             "cell": asdict(self.cell.config),
+            "physics": physics_record(self.cell.physics),
             "sources": sorted({source["demo"] for source in made.sources}),
             "segments": made.sources,
             "placement": made.placement.tolist(),

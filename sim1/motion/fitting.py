@@ -22,8 +22,6 @@ from sim1.stage import BadInput, Facts, random_stream
 if TYPE_CHECKING:
     from sim1.motion.stage import MotionModelConfig
 
-HELD_OUT_FROM = 6  # with fewer transitions all are needed for training
-
 
 def fit_model(pool: Path, garment: str, config: MotionModelConfig, out: Path) -> Facts:
     """Fit, sample, measure and write everything that the stage makes.
@@ -64,8 +62,7 @@ def fit_model(pool: Path, garment: str, config: MotionModelConfig, out: Path) ->
 
 
 def _train(transitions: list[Transition], config: MotionModelConfig, rng: np.random.Generator) -> tuple[Trained, np.ndarray]:  # fmt: skip
-    held_out = transitions[::5] if len(transitions) >= HELD_OUT_FROM else []
-    used = [item for item in transitions if not any(item is other for other in held_out)]
+    used, held_out = held_apart(transitions)
     sizes = (config.token_count, rng)
     bank = bank_of(used, config.bank_count, *sizes)
     scale = residual_scale(bank.residual)
@@ -82,6 +79,15 @@ def _train(transitions: list[Transition], config: MotionModelConfig, rng: np.ran
         rng=rng,
     )
     return trained, scale
+
+
+def held_apart(transitions: list[Transition]) -> tuple[list[Transition], list[Transition]]:
+    """Those to train on, and those of every fifth demonstration; none of fewer than four, where training needs them all.
+
+    Whole demonstrations: ways out and back of one run are alike, and the one would foretell the other.
+    """
+    out = set(sorted({item.demo for item in transitions})[3::5])
+    return [item for item in transitions if item.demo not in out], [item for item in transitions if item.demo in out]
 
 
 def _training_record(trained: Trained | None, out: Path) -> dict[str, object]:

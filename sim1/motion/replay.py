@@ -10,7 +10,7 @@ import numpy as np
 
 from sim1.cloth.cell import Cell, CellConfig
 from sim1.cloth.garment import read_garment_mesh
-from sim1.cloth.physics import read_physics
+from sim1.cloth.physics import physics_of_record
 from sim1.episode import Episode, read_episode
 from sim1.motion.bench import Bench
 from sim1.quota import Ticket
@@ -55,16 +55,25 @@ class Compared:
 def replay_commands(inputs: Inputs, folder: Path) -> Compared:
     """Drive the cell with the recorded commands from the recorded first state.
 
+    The physics is the recorded one: whatever was calibrated since, an episode is replayed in the fabric that it was made in.
+
+    Args:
+        inputs: the garment's mesh and scene.
+        folder: of the episode.
+
     Raises:
         BadInput: a file is missing or damaged.
     """
     recorded = read_episode(folder)
-    numerics = recorded.about.get("cell")
-    if numerics is None:
-        raise BadInput(f"{folder}/episode.json: key cell is missing; only an episode of the simulated cell is replayed")
+    for key in ("cell", "physics"):
+        if key not in recorded.about:
+            raise BadInput(
+                f"{folder}/episode.json: key {key} is missing; only an episode of the simulated cell is replayed, "
+                "and one from before its record had the physics must be made again"
+            )
     mesh, scene = read_garment_mesh(only(inputs, "garment_mesh")), read_scene(only(inputs, "scene"))
-    physics = read_physics(only(inputs, "calibrated_physics") / "cell.yaml")
-    again = replay(Cell(mesh, scene, physics, CellConfig(**numerics)), recorded)
+    physics = physics_of_record(recorded.about["physics"], f"{folder}/episode.json: physics")
+    again = replay(Cell(mesh, scene, physics, CellConfig(**recorded.about["cell"])), recorded)
     return compared(folder.name, recorded, again)
 
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from sim1.dataset.keypoints import KEYPOINTS
 from sim1.stage import BadInput
 
 STATE = "observation.state"
-KEYPOINTS = "observation.environment_state"
 ACTION = "action"
 _COLUMNS = [STATE, KEYPOINTS, ACTION, "episode_index", "frame_index"]
 
@@ -25,7 +25,7 @@ class Trajectory:
     sources: frozenset[str]  # seed demonstrations that the motion came from
     state: np.ndarray  # (T, 14) joints [rad] and openness, left arm first
     keypoints: np.ndarray  # (T, 3 k) world positions of the garment's keypoints [m]
-    action: np.ndarray  # (T, 14) commanded counterpart of `state`
+    action: np.ndarray  # (T, 14) what to command to get to the next frame's state
 
 
 def read_trajectories(dataset: Path) -> list[Trajectory]:

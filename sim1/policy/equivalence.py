@@ -73,8 +73,8 @@ def by_success(trials: pd.DataFrame, shift: str, seed: int) -> Worth | str:
     if missing := _missing(trials):
         return f"{figure}: {missing}"
     counts = trials.assign(of=1).pivot_table(
-        index=["garment", "trial"], columns=["trained_on", "size"], values=["success", "of"], aggfunc="sum"
-    )
+        index=["garment", "seed", "trial"], columns=["trained_on", "size"], values=["success", "of"], aggfunc="sum"
+    )  # a placement belongs to a network's seed and a trial's number (`sim1.policy.trials.run_trial`)
     sizes, real = np.array(sorted(counts["of"][GENERATED]), float), max(counts["of"][REAL])
     wins, tries = (counts[name][GENERATED].to_numpy(float) for name in ("success", "of"))
     real_wins, real_tries = (counts[name][REAL][real].to_numpy(float) for name in ("success", "of"))

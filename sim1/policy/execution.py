@@ -24,8 +24,8 @@ class ChunkExecution:
         self._chunks: list[tuple[int, np.ndarray]] = []  # (frame of the first row, chunk), oldest first
         self._frame = 0
 
-    def upcoming(self, observation: np.ndarray, count: int = 1) -> np.ndarray:
-        """Commands (count, action_size) for this frame and those after it; call once per frame.
+    def command(self, observation: np.ndarray) -> np.ndarray:
+        """Command (action_size,) of this frame; call once per frame.
 
         Raises:
             ValueError: the chunks do not reach that far.
@@ -33,13 +33,11 @@ class ChunkExecution:
         if self._frame % self._replan_frames == 0:
             self._chunks.append((self._frame, self._predict(observation)))
         self._chunks = [(start, chunk) for start, chunk in self._chunks if self._frame < start + len(chunk)]
-        commands = np.stack([self._blended(self._frame + ahead) for ahead in range(count)])
-        self._frame += 1
-        return commands
-
-    def _blended(self, frame: int) -> np.ndarray:
-        rows = [chunk[frame - start] for start, chunk in self._chunks if frame < start + len(chunk)]
+        rows = [chunk[self._frame - start] for start, chunk in self._chunks]
         if not rows:
-            raise ValueError(f"no chunk reaches frame {frame}: chunks must be longer than {self._replan_frames} frames")
+            raise ValueError(
+                f"no chunk reaches frame {self._frame}: chunks must be at least {self._replan_frames} frames long"
+            )
+        self._frame += 1
         weights = np.exp(-self._decay * np.arange(len(rows))[::-1])
         return weights @ np.stack(rows) / weights.sum()

@@ -54,7 +54,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     errors = _errors(models, lessons)
     driving = Driving(
         rate_hz=rate_hz,
-        replan_frames=min(max(1, round(config.replan_s * rate_hz)), plan.chunk_frames - 1),
+        replan_frames=min(max(1, round(config.replan_s * rate_hz)), plan.chunk_frames),
         decay=config.ensemble_decay,
     )
     duration_s = config.time_factor * max(len(item.state) for lesson in lessons for item in lesson.order) / rate_hz

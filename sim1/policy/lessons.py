@@ -103,7 +103,7 @@ def _demonstrations(folder: Path, garment: str, keypoints: np.ndarray, stride: i
                 sources=frozenset({f"{kind} {path.name}"}),
                 state=episode.state()[kept],
                 keypoints=points.reshape(len(points), -1),
-                action=episode.action()[kept],
+                action=episode.action_until_next(stride),
             )
         )
     return found

@@ -55,7 +55,9 @@ def roll_out(
     duration_s: float,
     on_frame: Callable[[float], None] = lambda share: None,
 ) -> np.ndarray:
-    """Let the policy drive for `duration_s`; between its frames the commands are interpolated.
+    """Let the policy drive for `duration_s`.
+
+    What it says in a frame is to be reached by the next one (`Episode.action_until_next`): commands go there evenly from those before.
 
     Args:
         cell: is reset to `start` first.
@@ -77,14 +79,16 @@ def roll_out(
     cell.reset(start.garment_m, start.joints_rad, start.openness)
     execution = ChunkExecution(predict, driving.replan_frames, driving.decay)
     history = [np.array(cell.garment_m)]
+    before = observe(cell, keypoints)[:14]
     frame_count = int(duration_s * driving.rate_hz)
     for frame in range(frame_count):
         on_frame(frame / frame_count)
-        now, then = execution.upcoming(observe(cell, keypoints), count=2)
-        for step in range(driving.stride):
-            command = (now + (then - now) * step / driving.stride).reshape(2, 7)
+        until = execution.command(observe(cell, keypoints))
+        for step in range(1, driving.stride + 1):
+            command = (before + (until - before) * step / driving.stride).reshape(2, 7)
             cell.step(command[:, :6], np.clip(command[:, 6], 0.0, 1.0))
             history.append(np.array(cell.garment_m))
+        before = until
     return np.stack(history)
 
 

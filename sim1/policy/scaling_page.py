@@ -94,7 +94,7 @@ def _trials(about: Mapping[str, Any]) -> str:
     meant = "; ".join(f"{shift}: {SHIFTS[shift].format(**size)}" for shift in trials["shifts"])
     return (
         f"Closed loop: {trials['each']} trials of {about['trial_duration_s']:.1f} s for each of {len(trials['models'])} models, each "
-        f"of these garments: {', '.join(trials['garments']) or 'none'}, and each shift; every model meets the same placements. {meant}."
+        f"of these garments: {', '.join(trials['garments']) or 'none'}, and each shift; networks of one seed meet the same placements, those of another seed others. {meant}."
     )
 
 

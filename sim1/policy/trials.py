@@ -93,11 +93,15 @@ class TrialSettings:
 def run_trial(
     bench: Bench, trial: Trial, model: ChunkPolicy, keypoints: np.ndarray, settings: TrialSettings
 ) -> tuple[dict[str, Any], FilmStrip]:
-    """The trial's row (`TRIAL_COLUMNS`) and its pictures; every model meets the same placements."""
+    """The trial's row (`TRIAL_COLUMNS`) and its pictures.
+
+    Placements belong to a network's seed and the trial's number: those of one seed meet the same ones whatever they learnt from,
+    in every variant, so that they compare in pairs; those of another seed meet others, so that trials add up.
+    """
     config, centre = settings.config, bench.start.garment_m.mean(axis=0)
     spatial = trial.shift == "spatial"
     radius_m, turn_rad = (config.shift_m, config.turn_rad) if spatial else (config.laid_m, 0.0)
-    stream = random_stream(config.seed, "trial", trial.garment, trial.number)
+    stream = random_stream(config.seed, "trial", trial.garment, trial.model.seed, trial.number)
     placement = random_placement(stream, radius_m, turn_rad, centre)
     moved = bench.start.garment_m @ placement[:3, :3].T + placement[:3, 3]
     start = Start(garment_m=moved, joints_rad=bench.start.joints_rad, openness=bench.start.openness)

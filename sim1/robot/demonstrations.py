@@ -49,6 +49,7 @@ def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path)
             about = {
                 "garment": garment,
                 "kind": "demonstration",
+                "task_text": task.instruction(garment),
                 "seed": config.seed,
                 "attempt": attempt,
                 "sources": [],

@@ -64,6 +64,7 @@ class Task:
     """Keypoints by direction, the folds in order, and the limits of success."""
 
     title: str
+    text: str | None = pydantic.Field(None, pattern=r"^\S.*\S$")  # what a policy is told, one line; see `instruction`
     keypoints: dict[str, tuple[float, float]]  # extreme point of the settled silhouette in this direction (x, y)
     steps: tuple[Step, ...] = pydantic.Field(min_length=1)
     success: Limits = Limits()
@@ -79,6 +80,10 @@ class Task:
         if any(np.hypot(*direction) == 0.0 for direction in self.keypoints.values()):
             raise ValueError("a keypoint's direction has no length")
         return self
+
+    def instruction(self, garment: str) -> str:
+        """The task in words, as a policy that reads language is given it."""
+        return self.text or f"fold the {garment}"
 
 
 def read_task(path: Path) -> Task:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.cell import Cell, SimulationBroke
+from sim1.cloth.physics import physics_record
 from sim1.episode import RATE_HZ, Episode
 from sim1.robot.expert import Workspace, plan_step
 from sim1.robot.expert_task import Task
@@ -83,7 +84,9 @@ def demonstrate(cell: Cell, task: Task, start_m: np.ndarray, variation: Variatio
     outcome = judge(episode.garment_m, cell.garment.faces, task)
     failure = failure or outcome.failure
     told = {"success": failure is None, "failure": failure, "figures": outcome.figures, "note": note}
-    return replace(episode, about={**about, **told, "cell": asdict(cell.config)})
+    return replace(
+        episode, about={**about, **told, "cell": asdict(cell.config), "physics": physics_record(cell.physics)}
+    )
 
 
 def replay(cell: Cell, episode: Episode) -> Episode:

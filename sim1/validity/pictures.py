@@ -58,21 +58,22 @@ def _limits(above: float | None, below: float | None) -> str:
 
 
 def draw_scores(path: Path, rows: list[dict[str, Any]], threshold: float, reason: str) -> None:
-    """Score of every clip by outcome, and the ROC of the held-out ones where there are any of both."""
+    """Score of every clip by outcome and part, and the ROC of the test clips where there are any of both."""
     figure = Figure(figsize=(8.6, 3.8), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
-    lines = [("success, trained on", True, False), ("success, held out", True, True),
-             ("failure, trained on", False, False), ("failure, held out", False, True)]  # fmt: skip
-    for place, (_, success, held_out) in enumerate(lines):
-        here = [row["score"] for row in rows if row["success"] is success and row["held_out"] is held_out]
+    names = {"train": "trained on", "calibration": "calibration", "test": "test"}
+    lines = [(success, part) for success in (True, False) for part in names]
+    for place, (success, part) in enumerate(lines):
+        here = [row["score"] for row in rows if row["success"] is success and row["part"] == part]
         left.plot(here, np.full(len(here), place), "o" if success else "x", color=GOOD if success else BAD)
     left.axvline(threshold, color="0.3", linestyle="--", label=f"threshold {threshold:.2f}")
-    left.set_yticks(range(len(lines)), [name for name, _, _ in lines])
+    told = [f"{'success' if success else 'failure'}, {names[part]}" for success, part in lines]
+    left.set_yticks(range(len(lines)), told)
     left.set(
-        xlim=(-0.03, 1.03), ylim=(-0.6, 3.6), xlabel="score: probability of being valid", title="Clips of the head view"
+        xlim=(-0.03, 1.03), ylim=(-0.6, 5.6), xlabel="score: probability of being valid", title="Clips of the head view"
     )
     left.legend(fontsize=8, loc="upper center")
-    _draw_roc(right, [row for row in rows if row["held_out"]])
+    _draw_roc(right, [row for row in rows if row["part"] == "test"])
     head = f"Abstains: {reason}" if reason else "Video discriminator"
     figure.suptitle(head, fontsize=9, wrap=True)
     save_figure(figure, path, dpi=90)
@@ -87,11 +88,11 @@ def _draw_roc(axes: Any, seen: list[dict[str, Any]]) -> None:
         false, true, _ = roc_curve(success, [row["score"] for row in seen])
         axes.plot(false, true, "o-", color="tab:blue", markersize=3)
     else:
-        axes.text(0.5, 0.5, "no held-out clips\nof both outcomes", ha="center", va="center", fontsize=9)
+        axes.text(0.5, 0.5, "no test clips\nof both outcomes", ha="center", va="center", fontsize=9)
     axes.set(
         xlabel="share of failures accepted",
         ylabel="share of successes accepted",
-        title=f"ROC, {len(seen)} held-out clips",
+        title=f"ROC, {len(seen)} test clips",
     )
 
 

@@ -35,7 +35,7 @@ class VideoDiscriminatorConfig:
     learning_rate: float = Field(3e-4, gt=0)
     precision: float = Field(0.99, gt=0, le=1)  # wanted among accepted clips; sets the threshold
     minimum_per_class: int = Field(3, ge=1)  # with fewer successes or failures it abstains
-    minimum_held_out: int = Field(2, ge=1)  # of each among the clips held out: one clip sets no threshold
+    minimum_held_out: int = Field(4, ge=1)  # of each among the calibration and among the test clips: fewer say nothing
 
 
 @stage_config
@@ -98,19 +98,22 @@ def video_discriminator(inputs: Inputs, out: Path, config: VideoDiscriminatorCon
 
 
 def check_video_discriminator(artifact: Path) -> list[Finding]:
-    """The model reads; where it decides, its held-out figures stand behind it."""
-    from sim1.validity.watching import read_discriminator
+    """The model reads; where it decides, the scores of clips that had no say in it stand behind it."""
+    from sim1.statistics import describe_share
+    from sim1.validity.evidence import doubt, outcome
+    from sim1.validity.watching import read_discriminator, scored
 
     model = read_discriminator(artifact)
     metrics = json.loads((artifact / "metrics.json").read_text())
-    held_out = metrics["held_out"]
-    supported = model.abstains or held_out.get("precision", 0.0) >= metrics["wanted_precision"]
+    test = outcome(*scored(metrics["scores"], "test"), model.threshold)
+    unsupported = "" if model.abstains else doubt(test, metrics["wanted_precision"], metrics["minimum_held_out"])
     return [
         Finding(
             name="decides_only_with_evidence",
-            passed=supported,
+            passed=not unsupported,
             detail=model.reason
-            or f"held-out precision {held_out['precision']:.2f}, wanted {metrics['wanted_precision']}",
+            or unsupported
+            or f"of the test clips that it accepts {describe_share(test.accepted_success, test.accepted)} are successes",
         ),
         Finding(
             name="decides",

@@ -17,24 +17,18 @@ from sim1.stage import Facts, random_stream
 from sim1.statistics import describe_share
 from sim1.validity.clips import Clip, head_clip, read_clip, sampled
 from sim1.validity.discriminator import VideoDiscriminator
+from sim1.validity.evidence import doubt, figures, outcome, threshold_for
 from sim1.validity.examples import Example, read_examples
+from sim1.validity.parts import LabelledClip, Parts, split_by_source
 from sim1.validity.pictures import draw_scores
-from sim1.validity.scoring import (
-    LabelledClip,
-    Operating,
-    held_out_figures,
-    scores,
-    split_by_source,
-    threshold_for,
-    train_discriminator,
-)
+from sim1.validity.scoring import scores, train_discriminator
 
 if TYPE_CHECKING:
     from sim1.validity.stage import VideoDiscriminatorConfig
 
 SCHEMA = "sim1.video-discriminator/1"
+PARTS = ("train", "calibration", "test")
 RATE_HZ = 10.0  # of the demonstrations' clips, before frames are picked
-LEAST_RECALL = 0.5  # a threshold that throws away more than half of the good clips decides nothing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +51,7 @@ class Discriminator:
 def watch(
     demos: Path, candidates: Path, mesh: GarmentMesh, scene: Scene, garment: str, config: VideoDiscriminatorConfig, out: Path
 ) -> Facts:  # fmt: skip
-    """Train on what is there, measure on clips of a held-out demonstration, decide whether it may decide."""
+    """Train, choose a threshold on clips of other demonstrations, test it on those of others again, decide whether it may decide."""
     torch.set_num_threads(1)
     rng = random_stream(config.seed, garment, "video_discriminator")
     clips = [_labelled(item, mesh, scene, config) for item in read_examples(demos, candidates)]
@@ -66,10 +60,10 @@ def watch(
     if min(good, len(clips) - good) == 0:
         reason = f"one class is missing: {good} successes and {len(clips) - good} failures, nothing to tell apart"
         model = Discriminator(network=None, abstains=True, reason=reason, threshold=0.5, frame_count=config.frame_count)
-        return _written(model, {"clips": counts, "held_out": {}}, [], config, out)
-    train, test, source = split_by_source(clips)
+        return _written(model, {"clips": counts, "calibration": {}, "test": {}, "scores": []}, [], config, out)
+    parts = split_by_source(clips)
     network, losses = train_discriminator(
-        train,
+        parts.train,
         width=config.width,
         layer_count=config.layer_count,
         step_count=config.step_count,
@@ -77,53 +71,62 @@ def watch(
         learning_rate=config.learning_rate,
         rng=rng,
     )
-    names = {clip.name for clip in test}
+    part_of = {clip.name: part for part in PARTS for clip in getattr(parts, part)}
     found = scores(network, [clip.frames for clip in clips])
     rows = [
-        {"clip": clip.name, "score": float(value), "success": clip.success, "held_out": clip.name in names}
+        {"clip": clip.name, "score": float(value), "success": clip.success, "part": part_of.get(clip.name)}
         for clip, value in zip(clips, found, strict=True)
     ]
-    seen = [row for row in rows if row["held_out"]]
-    score, success = np.array([row["score"] for row in seen]), np.array([row["success"] for row in seen], bool)
-    operating = threshold_for(score, success, config.precision) if seen else None
-    reason = _why_abstain(counts, seen, operating, config)
+    calibration = scored(rows, "calibration")
+    threshold = threshold_for(*calibration, config.precision)
+    reason = _why_abstain(counts, rows, threshold, config)
     model = Discriminator(
         network=network,
         abstains=bool(reason),
         reason=reason,
-        threshold=operating.threshold if operating else 0.5,
+        threshold=0.5 if threshold is None else threshold,
         frame_count=config.frame_count,
     )
     metrics = {
         "clips": counts,
-        "train": {"success_count": sum(clip.success for clip in train), "clip_count": len(train)},
-        "held_out": held_out_figures(score, success, operating) if seen else {},
-        "held_out_demonstration": source,
+        "train": {"success_count": sum(clip.success for clip in parts.train), "clip_count": len(parts.train)},
+        "calibration": figures(*calibration, threshold),
+        "test": figures(*scored(rows, "test"), threshold),
+        "demonstrations": _demonstrations(parts),
         "losses": [round(loss, 5) for loss in losses],
         "scores": rows,
     }
     return _written(model, metrics, rows, config, out)
 
 
+def scored(rows: list[dict[str, Any]], part: str) -> tuple[np.ndarray, np.ndarray]:
+    """Score (n,) and success (n,) of the clips of a part, from `scores` of `metrics.json`."""
+    here = [row for row in rows if row["part"] == part]
+    return np.array([row["score"] for row in here], float), np.array([row["success"] for row in here], bool)
+
+
+def _demonstrations(parts: Parts) -> dict[str, object]:
+    """Whose clips calibrate and test, and whether these are others."""
+    held = {part: sorted(set().union(*(clip.sources for clip in getattr(parts, part)))) for part in PARTS[1:]}
+    return {**held, "apart": parts.apart}
+
+
 def _why_abstain(
-    counts: dict[str, int], seen: list[dict[str, Any]], operating: Operating | None, config: VideoDiscriminatorConfig
+    counts: dict[str, int], rows: list[dict[str, Any]], threshold: float | None, config: VideoDiscriminatorConfig
 ) -> str:
     if min(counts.values()) < config.minimum_per_class:
         return f"too few clips: {counts['success_count']} successes and {counts['failure_count']} failures, " + (
             f"at least {config.minimum_per_class} of each are needed"
         )
-    if not seen:
+    score, success = scored(rows, "calibration")
+    if not len(score):
         return "no demonstration could be held out with both outcomes on both sides: nothing to set a threshold on"
-    least = min(sum(row["success"] for row in seen), sum(not row["success"] for row in seen))
-    if least < config.minimum_held_out:
-        return (
-            f"too few held-out clips: {len(seen)}, {least} of the rarer outcome, {config.minimum_held_out} are needed"
-        )
-    if operating is None:
-        return f"no threshold reaches the wanted precision {config.precision:.2f} on {len(seen)} held-out clips"
-    if operating.recall < LEAST_RECALL:
-        return f"at precision {config.precision:.2f} it keeps only {operating.recall:.0%} of the held-out successes"
-    return ""
+    rarer = int(min(success.sum(), (~success).sum()))
+    if rarer < config.minimum_held_out:
+        return f"too few clips to set a threshold on: {len(score)}, {rarer} of the rarer outcome, {config.minimum_held_out} are needed"
+    if threshold is None:
+        return f"no threshold reaches the wanted precision {config.precision:.2f} on {len(score)} calibration clips"
+    return doubt(outcome(*scored(rows, "test"), threshold), config.precision, config.minimum_held_out)
 
 
 def _labelled(item: Example, mesh: GarmentMesh, scene: Scene, config: VideoDiscriminatorConfig) -> LabelledClip:
@@ -144,18 +147,23 @@ def _written(model: Discriminator, metrics: dict[str, Any], rows: list[dict[str,
         "frame_count": config.frame_count, "frame_width": config.frame_width, "frame_height": config.frame_height,
     }  # fmt: skip
     write_network(out, model.network, about)
-    metrics = metrics | {"wanted_precision": config.precision, "abstains": model.abstains, "reason": model.reason}
+    metrics = metrics | {"wanted_precision": config.precision, "minimum_held_out": config.minimum_held_out}
+    metrics |= {"abstains": model.abstains, "reason": model.reason}
     (out / "metrics.json").write_text(json.dumps(metrics, indent=1, sort_keys=True) + "\n")
     draw_scores(out / "scores.png", rows, model.threshold, model.reason)
-    held_out = metrics["held_out"]
-    seen = held_out.get("success_count", 0) + held_out.get("failure_count", 0)
+    test = metrics["test"]
     facts = {"clips": describe_share(metrics["clips"]["success_count"], sum(metrics["clips"].values())) + " successful"}
     return facts | {
-        "held_out_clips": seen,
-        "held_out_roc_area": held_out.get("roc_area", "not measured"),
+        "calibration_clips": _count(metrics["calibration"]),
+        "test_clips": _count(test),
+        "test_roc_area": test.get("roc_area", "not measured"),
         "abstains": model.abstains,
         "reason": model.reason or "it decides",
     }
+
+
+def _count(found: dict[str, Any]) -> int:
+    return found.get("success_count", 0) + found.get("failure_count", 0)
 
 
 def read_discriminator(folder: Path) -> Discriminator:

@@ -1,11 +1,14 @@
 """The generic solver in the cell: what it is there to show."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from test_cloth_world import CLOTH, PARKED, STRIP, run
 
 from sim1.cloth.config import CellConfig
 from sim1.cloth.world import ClothWorld
+from sim1.stage import BadInput
 
 
 def hung(solver: str) -> tuple[float, np.ndarray]:
@@ -43,3 +46,9 @@ def test_a_sheet_rests_on_the_table_and_is_braked_by_its_friction_if_harder_than
     run(world, 15)
     slid = world.garment_m[:, 0].mean() - before
     assert slid / (0.5**2 / (2 * CLOTH.friction.table.value * 9.81)) == pytest.approx(0.7, abs=0.1)
+
+
+def test_named_physics_is_refused_rather_than_left_out_in_silence():
+    drag = {"name": "air_drag", "parameters": {"c_normal": {"value": 1.2, "ci95": None, "unit": "1"}}}
+    with pytest.raises(BadInput, match=r"solver vbd acts no named physics, and the fabric has air_drag; .*baseline"):
+        ClothWorld(STRIP, replace(CLOTH, effects=(drag,)), CellConfig(solver="vbd"))

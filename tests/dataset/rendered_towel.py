@@ -10,6 +10,8 @@ from sim1.episode import RATE_HZ, Episode, write_episode
 from sim1.render.appearance import SCHEMA
 
 WIDTH, HEIGHT, STRIDE, VERTICES = 64, 48, 3, 40
+ROBOT = {"": Path(__file__).parents[2] / "data" / "robot"}
+TASK = "turn the towel over"
 LOOK = {"fabric": {"name": "denim"}, "table": {"name": "walnut"}, "room": {"name": "office-low_sun-grey_carpet"}}
 
 
@@ -23,11 +25,12 @@ def frame_image(number: int, hue: int) -> np.ndarray:
 
 def make_episode(frame_count: int, seed: int) -> Episode:
     stream = np.random.default_rng(seed)
-    joints = stream.uniform(0.1, 1.5, (1, 2, 6)) + 0.01 * np.arange(frame_count)[:, None, None]
+    joints = stream.uniform(0.1, 1.25, (1, 2, 6)) + 0.01 * np.arange(frame_count)[:, None, None]
     openness = stream.uniform(0.2, 0.8, (frame_count, 2))
     garment = stream.normal(0.0, 0.2, (1, VERTICES, 3)) + 0.002 * np.arange(frame_count)[:, None, None]
     about = {
         "garment": "towel",
+        "task_text": TASK,
         "seed": seed,
         "sources": [f"{seed:04d}"],
         "success": True,

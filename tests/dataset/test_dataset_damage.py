@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from rendered_towel import write_rendered
+from rendered_towel import ROBOT, write_rendered
 
 from sim1.dataset.check import check_lerobot
 from sim1.dataset.stage import DatasetConfig, check_dataset, dataset
@@ -18,7 +18,7 @@ def good(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("damage")
     (folder / "out").mkdir()
     dataset(
-        {"rendered_episodes": {"towel": write_rendered(folder / "towel")}},
+        {"robot": ROBOT, "rendered_episodes": {"towel": write_rendered(folder / "towel")}},
         folder / "out",
         DatasetConfig(keypoint_count=4),
     )
@@ -63,6 +63,10 @@ DAMAGE = {
     "a state that is not a number": (
         lambda a: change_table(only_file(a, FRAMES), lambda t: set_cell(t, 3, "observation.state", np.nan, 2)),
         "values_finite",
+    ),
+    "a joint beyond this robot's limit, of half a turn for other arms": (
+        lambda a: change_table(only_file(a, FRAMES), lambda t: set_cell(t, 3, "observation.state", 1.7, index=4)),
+        "joints_within_limits",
     ),
     "a joint beyond its limit": (
         lambda a: change_table(only_file(a, FRAMES), lambda t: set_cell(t, 3, "action", 4.0, 1)),
@@ -145,7 +149,9 @@ def test_pictures_of_other_states_are_found(artifact, tmp_path):
         for frame, picture in zip(frames, reversed(pictures)):
             frame.write_bytes(picture)
     (tmp_path / "turned").mkdir()
-    dataset({"rendered_episodes": {"towel": other}}, tmp_path / "turned", DatasetConfig(keypoint_count=4))
+    dataset(
+        {"robot": ROBOT, "rendered_episodes": {"towel": other}}, tmp_path / "turned", DatasetConfig(keypoint_count=4)
+    )
     shutil.copy(only_file(tmp_path / "turned", VIDEO), only_file(artifact, VIDEO))
     assert failures(artifact) == ["ends_match_pictures"]
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rendered_towel import write_rendered
+from rendered_towel import ROBOT, write_rendered
 from typer.testing import CliRunner
 
 from assets_defs.cli import app
@@ -25,7 +25,7 @@ def made(tmp_path_factory):
     out = folder / "whole"
     out.mkdir()
     rendered = write_rendered(folder / "towel", variants=1, frame_counts=(25, 28, 31, 22))
-    dataset({"rendered_episodes": {"towel": rendered}}, out, DatasetConfig(keypoint_count=5))
+    dataset({"robot": ROBOT, "rendered_episodes": {"towel": rendered}}, out, DatasetConfig(keypoint_count=5))
     return out
 
 
@@ -83,8 +83,10 @@ def test_without_provenance_episodes_are_independent_and_merging_keeps_none(made
 def test_what_does_not_fit_is_refused_with_the_feature_and_nothing_is_left(made, tmp_path):
     rendered = write_rendered(tmp_path / "slow", variants=1, rate_hz=15)
     (tmp_path / "other").mkdir()
-    dataset({"rendered_episodes": {"towel": rendered}}, tmp_path / "other", DatasetConfig(keypoint_count=4))
-    with pytest.raises(BadInput, match=r"other: feature observation\.environment_state, fps: not as in"):
+    dataset(
+        {"robot": ROBOT, "rendered_episodes": {"towel": rendered}}, tmp_path / "other", DatasetConfig(keypoint_count=4)
+    )
+    with pytest.raises(BadInput, match=r"other: feature privileged\.garment_keypoints, fps: not as in"):
         merge([made, tmp_path / "other"], tmp_path / "out")
     assert not list(tmp_path.glob("out*"))
 

@@ -13,11 +13,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from rendered_towel import frame_image, make_episode, write_rendered
+from rendered_towel import ROBOT, TASK, frame_image, make_episode, write_rendered
 
 from sim1.cloth.physics import nominal_from_priors, write_physics
 from sim1.data_file import read_data_file
-from sim1.dataset.keypoints import keypoint_indices
+from sim1.dataset.keypoints import KEYPOINTS, keypoint_indices
 from sim1.dataset.stage import DatasetConfig, DatasetFile, check_dataset, check_source_owner, dataset
 from sim1.stage import BadInput
 
@@ -42,7 +42,8 @@ def modelled(folder: Path) -> dict[str, dict[str, Path]]:
     write_physics(folder / "physics/model.yaml", replace(nominal_from_priors(fabric), effects=(drag, sticky)))
     write_physics(folder / "physics/cell.yaml", replace(nominal_from_priors(fabric), effects=(drag,)))
     (folder / "physics/verdict.json").write_text(json.dumps({"schema": "sim1.verdict/1", "verdict": "named"}))
-    return {name: {"towel": folder / "physics"} for name in ("calibrated_physics", "mismatch_report")}
+    made = {name: {"towel": folder / "physics"} for name in ("calibrated_physics", "mismatch_report")}
+    return {"robot": ROBOT} | made
 
 
 @pytest.fixture(scope="module")
@@ -77,30 +78,36 @@ def test_lerobot_loads_and_iterates_the_dataset_without_a_network(made, offline)
     keypoints = keypoint_indices(np.random.default_rng(9).normal(size=(40, 3)), 5)
     # Garments in order of name: episodes 0 and 1 are shorts, 2 to 5 towels, each trajectory in two appearances.
     row = 0
-    for index, (number, count, variant, garment) in enumerate(
-        [
-            (0, 7, 0, "shorts"),
-            (1, 9, 0, "shorts"),
-            (0, 7, 0, "towel"),
-            (0, 7, 1, "towel"),
-            (1, 9, 0, "towel"),
-            (1, 9, 1, "towel"),
-        ]
-    ):
+    shown = [(0, 7, 0), (1, 9, 0), (0, 7, 0), (0, 7, 1), (1, 9, 0), (1, 9, 1)]
+    for index, (number, count, variant) in enumerate(shown):
         source = make_episode(19 if number == 0 else 25, seed=number)
         for frame in range(count):
             item = loaded[row]
             assert int(item["episode_index"]) == index
-            assert item["task"] == f"fold the {garment}"
+            assert item["task"] == TASK
             assert float(item["timestamp"]) == pytest.approx(frame / 10)
             np.testing.assert_array_equal(item["observation.state"].numpy(), source.state()[3 * frame])
-            np.testing.assert_array_equal(item["action"].numpy(), source.action()[3 * frame])
-            np.testing.assert_array_equal(
-                item["observation.environment_state"].numpy(), source.garment_m[3 * frame][keypoints].ravel()
-            )
+            before_next = min(3 * frame + 2, source.frame_count - 1)
+            np.testing.assert_array_equal(item["action"].numpy(), source.action()[before_next])
+            np.testing.assert_array_equal(item[KEYPOINTS].numpy(), source.garment_m[3 * frame][keypoints].ravel())
             picture = 255 * item["observation.images.head"].permute(1, 2, 0).numpy()
             assert np.abs(picture - frame_image(frame, hue=60 + 100 * variant + 50 * number)).mean() < 6.0
             row += 1
+
+
+def test_lerobot_hands_no_policy_what_only_a_simulator_knows(made):
+    from lerobot.configs import FeatureType
+    from lerobot.utils.feature_utils import dataset_to_policy_features
+
+    features = json.loads((made / "lerobot/meta/info.json").read_text())["features"]
+    assert KEYPOINTS in features
+    taken = dataset_to_policy_features(features)
+    assert {name: one.type for name, one in taken.items()} == {
+        "observation.state": FeatureType.STATE,
+        "observation.images.head": FeatureType.VISUAL,
+        "action": FeatureType.ACTION,
+    }
+    assert f"`{KEYPOINTS}` is privileged" in (made / "README.md").read_text()
 
 
 def test_its_own_check_passes(made):
@@ -142,7 +149,7 @@ def test_the_licence_is_a_line_of_data_and_the_card_says_where(made, tmp_path):
     check_source_owner(owner)
     artifacts = {"towel": write_rendered(tmp_path / "towel", frame_counts=(19,))}
     (tmp_path / "out").mkdir()
-    dataset({"rendered_episodes": artifacts, "owner": {"": owner}}, tmp_path / "out", CONFIG)
+    dataset({"robot": ROBOT, "rendered_episodes": artifacts, "owner": {"": owner}}, tmp_path / "out", CONFIG)
     card = (tmp_path / "out" / "README.md").read_text()
     assert card.startswith("---\nlicense: cc-by-4.0\n")
     assert "License: cc-by-4.0.\n" in card
@@ -168,10 +175,13 @@ def test_another_process_with_other_hashes_gives_the_same_bytes(made, tmp_path):
         "folder = Path(sys.argv[1])\n"
         "inputs = {'rendered_episodes': {name: folder / name for name in ('towel', 'shorts')}}\n"
         "inputs |= {name: {'towel': folder / 'physics'} for name in ('calibrated_physics', 'mismatch_report')}\n"
+        "inputs |= {'robot': {'': Path(sys.argv[3])}}\n"
         "dataset(inputs, Path(sys.argv[2]), DatasetConfig(keypoint_count=5))"
     )
     environment = {**os.environ, "PYTHONHASHSEED": "7", "PYTHONPATH": str(Path(__file__).parents[2])}
-    subprocess.run([sys.executable, "-c", code, str(made.parent), str(tmp_path)], check=True, env=environment)
+    subprocess.run(
+        [sys.executable, "-c", code, str(made.parent), str(tmp_path), str(ROBOT[""])], check=True, env=environment
+    )
     assert digests(tmp_path) == digests(made)
 
 
@@ -187,7 +197,7 @@ def test_the_card_states_counts_license_and_what_is_simulated(made):
         "license: unknown",
         "6 episodes, 48 frames at 10 Hz",
         "scripted expert",
-        "| towel | fold the towel | 2 | 2.0 | 4 | 32 |",
+        "| towel | turn the towel over | 2 | 2.0 | 4 | 32 |",
         "1 tables and 1 rooms. 0 of 6 episodes show the garment's scanned texture, the\n  others 1 made-up fabrics",
     ):
         assert words in card
@@ -201,20 +211,30 @@ def test_nothing_rendered_is_refused(tmp_path):
         dataset({}, tmp_path, CONFIG)
     write_rendered(tmp_path / "towel", frame_counts=())
     with pytest.raises(BadInput, match="no trajectory was accepted"):
-        dataset({"rendered_episodes": {"towel": tmp_path / "towel"}}, tmp_path / "out", CONFIG)
+        dataset({"robot": ROBOT, "rendered_episodes": {"towel": tmp_path / "towel"}}, tmp_path / "out", CONFIG)
 
 
 def test_garments_rendered_at_different_rates_are_refused(tmp_path):
     artifacts = {"towel": write_rendered(tmp_path / "towel"), "shorts": write_rendered(tmp_path / "shorts", rate_hz=15)}
     with pytest.raises(BadInput, match=r"rate_hz differ between garments: \[10, 15\]"):
-        dataset({"rendered_episodes": artifacts}, tmp_path / "out", CONFIG)
+        dataset({"robot": ROBOT, "rendered_episodes": artifacts}, tmp_path / "out", CONFIG)
+
+
+def test_an_episode_that_does_not_say_what_was_to_be_done_is_named(tmp_path):
+    artifact = write_rendered(tmp_path / "towel")
+    path = artifact / "episodes/0001/episode.json"
+    path.write_text(
+        json.dumps({key: value for key, value in json.loads(path.read_text()).items() if key != "task_text"})
+    )
+    with pytest.raises(BadInput, match=r"0001/episode\.json: task_text is None.*make the episode again"):
+        dataset({"robot": ROBOT, "rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
 
 
 def test_a_missing_frame_is_refused_by_name(tmp_path):
     artifact = write_rendered(tmp_path / "towel")
     (artifact / "episodes/0001/v0/head/000004.png").unlink()
     with pytest.raises(BadInput, match=r"0001/v0: frames per camera \{'head': 8\}"):
-        dataset({"rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
+        dataset({"robot": ROBOT, "rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
 
 
 def test_frames_whose_appearance_is_told_in_another_schema_are_refused(tmp_path):
@@ -224,7 +244,7 @@ def test_frames_whose_appearance_is_told_in_another_schema_are_refused(tmp_path)
     with pytest.raises(
         BadInput, match=r"0001/v0/appearance\.json: .*schema is 'sim1.appearance/1', expected '.*/3'.*render"
     ):
-        dataset({"rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
+        dataset({"robot": ROBOT, "rendered_episodes": {"towel": artifact}}, tmp_path / "out", CONFIG)
 
 
 def test_keypoints_cover_the_garment_and_come_in_one_order():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rendered_towel import write_rendered
+from rendered_towel import ROBOT, write_rendered
 
 from sim1.dataset.stage import NAME, DatasetConfig, dataset
 
@@ -23,7 +23,7 @@ def test_act_learns_in_a_hundred_steps_from_twenty_episodes_that_lerobot_reads(t
     data.mkdir()
     counts = tuple(19 + 3 * (number % 4) for number in range(EPISODES))
     rendered = write_rendered(tmp_path / "towel", frame_counts=counts)
-    dataset({"rendered_episodes": {"towel": rendered}}, data, DatasetConfig())
+    dataset({"robot": ROBOT, "rendered_episodes": {"towel": rendered}}, data, DatasetConfig())
     read = LeRobotDataset(NAME, root=data / "lerobot", video_backend="pyav")
     assert read.num_episodes == EPISODES
 

@@ -1,10 +1,15 @@
 """`sim1 generate` and `sim1 replay`: what they are asked for and cannot do is one line."""
 
 import json
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from assets_defs._replay import _origin
+from assets_defs import _config, _store
+from assets_defs._origin import Origin, inputs_then, origin_of
+from assets_defs._replay import CELL
+from sim1.motion.stage import CandidateTrajectoriesConfig
 from sim1.stage import BadInput
 
 
@@ -28,7 +33,7 @@ def test_an_episode_of_an_artifact_knows_what_made_it(tmp_path):
         "parts": {"config": {"seed": 3}, "made_from": {"scene:scene/towel": "a1"}},
     }
     (tmp_path / "artifact.json").write_text(json.dumps(record))
-    found = _origin(tmp_path / "episodes" / "0001")
+    found = origin_of(tmp_path / "episodes" / "0001")
     assert (found.variant, found.garment, found.settings, found.versions) == (
         "slicing",
         "towel",
@@ -40,11 +45,45 @@ def test_an_episode_of_an_artifact_knows_what_made_it(tmp_path):
 def test_a_generated_episode_knows_what_made_it(tmp_path):
     plan = {"variant": None, "garment": "towel", "setting.seed": 1, "filter.use_rules": True, "input.scene": "a1"}
     (tmp_path / "plan.json").write_text(json.dumps(plan))
-    found = _origin(tmp_path / "episodes" / "0001")
+    found = origin_of(tmp_path / "episodes" / "0001")
     assert (found.stage, found.settings, found.versions) == ("candidate_trajectories", {"seed": 1}, {"scene": "a1"})
+
+
+def test_an_episode_of_the_stand_in_reality_is_replayed_where_it_lies(tmp_path):
+    record = {
+        "stage": "real_demos",
+        "variant": None,
+        "garment": "towel",
+        "parts": {"config": {}, "made_from": {"scene:scene/towel": "a1", "reality:reality/towel": "b1"}},
+    }
+    (tmp_path / "artifact.json").write_text(json.dumps(record))
+    assert origin_of(tmp_path / "episodes" / "0001").stage == "real_demos"
+
+
+@pytest.fixture
+def recalibrated(monkeypatch):
+    """A graph whose fabric was calibrated anew since an episode was made; what else it was made from is as it was."""
+    needs = {name: name for name in ("garment_mesh", "scene", "calibrated_physics")}
+    graph = SimpleNamespace(nodes={"candidate_trajectories": SimpleNamespace(needs=needs)} | {n: n for n in needs})
+    versions = dict.fromkeys(needs, "a1")
+    now = versions | {"calibrated_physics": "b2"}
+    monkeypatch.setattr(_store, "verified", lambda home, node, garment: (Path(node), {"data_version": now[node]}))
+    monkeypatch.setattr(_config, "config_of", lambda node: CandidateTrajectoriesConfig())
+    stage = "candidate_trajectories"
+    return graph, Origin(stage=stage, variant=None, garment="towel", settings={"seed": 3}, versions=versions)
+
+
+def test_commands_are_replayed_also_after_a_calibration(recalibrated, tmp_path):
+    inputs, _ = inputs_then(None, recalibrated[0], tmp_path, recalibrated[1], CELL)
+    assert inputs == {name: {"towel": Path(name)} for name in ("garment_mesh", "scene")}
+
+
+def test_planning_anew_needs_the_calibration_that_there_was(recalibrated, tmp_path):
+    with pytest.raises(BadInput, match=r"was made from version a1 of calibrated_physics, the store has b2"):
+        inputs_then(None, recalibrated[0], tmp_path, recalibrated[1])
 
 
 def test_a_copy_points_to_where_the_episode_was_simulated(tmp_path):
     (tmp_path / "artifact.json").write_text(json.dumps({"stage": "valid_trajectories"}))
     with pytest.raises(BadInput, match="episode of candidate_trajectories of the same name"):
-        _origin(tmp_path / "episodes" / "0001")
+        origin_of(tmp_path / "episodes" / "0001")

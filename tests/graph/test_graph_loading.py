@@ -55,7 +55,7 @@ def test_the_shipped_garments_each_have_a_scan_and_a_task():
 
 
 def test_a_variant_has_assets_of_its_own_only_downstream_of_what_it_changes():
-    graph = load_graph(Home(REPOSITORY), "quick")
+    graph = load_graph(Home(REPOSITORY), "study")
     own = {id_ for id_ in graph.nodes if id_.startswith("without_video/")}
     assert own == {f"without_video/{name}" for name in ("valid_trajectories", "rendered_episodes", "dataset", "policy")}
     assert graph.nodes["without_video/valid_trajectories"].needs["candidate_trajectories"] == "candidate_trajectories"
@@ -66,12 +66,48 @@ def test_a_variant_has_assets_of_its_own_only_downstream_of_what_it_changes():
 def test_a_variant_ends_where_it_says_and_exists_in_the_profiles_that_it_names():
     graph = load_graph(Home(REPOSITORY), "study")
     own = {id_ for id_ in graph.nodes if id_.startswith("diffusion/")}
-    filters = ("candidate_trajectories", "state_rules", "video_discriminator", "valid_trajectories")
-    assert own == {f"diffusion/{name}" for name in filters}
+    motion = ("calibrated_physics", "seed_demos", "segment_pool", "motion_model", "candidate_trajectories")
+    filters = ("state_rules", "video_discriminator", "valid_trajectories")
+    assert own == {f"diffusion/{name}" for name in (*motion, *filters)}
     needs = graph.nodes["ablation_report"].needs
     assert "diffusion/valid_trajectories" in needs
     assert "diffusion/policy" not in needs
     assert "diffusion" not in load_graph(Home(REPOSITORY), "quick").variants
+
+
+DATA = ("calibrated_physics", "seed_demos", "segment_pool", "motion_model", "candidate_trajectories")
+
+
+def settings_of(graph, variant, stages=DATA):
+    """Settings of the stages that make a variant's candidates, its own and those that it has of the base."""
+    nodes = {name: graph.nodes.get(f"{variant}/{name}") or graph.nodes[name] for name in stages}
+    return {f"{name}.{key}": value for name, node in nodes.items() for key, value in node.config.items()}
+
+
+@pytest.mark.parametrize(("generic", "stable"), [("slicing", "slicing_stable"), ("diffusion", "calibrated")])
+def test_rows_that_compare_solvers_differ_in_the_solver_alone(generic, stable):
+    graph = load_graph(Home(REPOSITORY), "study")
+    one, other = settings_of(graph, generic), settings_of(graph, stable)
+    assert dict(one.items() - other.items()) == {"candidate_trajectories.solver": "vbd"}
+    assert not other.items() - one.items()
+
+
+def test_no_row_asks_the_generic_solver_for_named_physics():
+    graph = load_graph(Home(REPOSITORY), "paper")
+    asked = [settings_of(graph, variant) for variant in graph.variants]
+    generic = [one for one in asked if one.get("candidate_trajectories.solver") == "vbd"]
+    assert len(generic) == 3
+    assert {one["calibrated_physics.simulate_with"] for one in generic} == {"baseline"}
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_no_variant_repeats_the_trials_of_demonstrations(profile):
+    graph = load_graph(Home(REPOSITORY), profile)
+    policies = [node for node in graph.nodes.values() if node.variant and node.stage.name == "policy"]
+    assert policies
+    for node in policies:
+        assert node.config["simulated_sizes"] == node.config["real_sizes"] == []
+        assert node.config["evaluate_sizes"] == 1
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 import torch
 from motion_synthetic import a_demo
 
-from sim1.motion.fitting import fit_model, jerk
+from sim1.motion.fitting import fit_model, held_apart, jerk
 from sim1.motion.interpolant import ENDS, interpolate
 from sim1.motion.model import read_model, sliced, transition
 from sim1.motion.network import MotionTransformer, signal_and_noise
@@ -138,6 +138,16 @@ def test_training_explains_more_than_the_interpolant_alone(trained):
     assert facts["loss_end"] < 0.6 * facts["loss_trivial"]
     assert facts["held_out_loss"] < 0.7 * facts["held_out_trivial"]  # the held-out demonstrations share the arch
     assert all(finding.passed for finding in check_motion_model(out))
+
+
+@pytest.mark.parametrize(("count", "out"), [(3, []), (4, [3]), (8, [3]), (12, [3, 8])])
+def test_whole_demonstrations_are_held_out_where_there_are_enough(count, out):
+    rng = np.random.default_rng(0)
+    used, held_out = held_apart(
+        transitions_of([part for index in range(count) for part in a_demo(f"{index:04d}", rng, 3 * index)])
+    )
+    assert [item.demo for item in held_out] == [f"{index:04d}" for index in out for _ in range(2)]
+    assert {item.demo for item in used} == {f"{index:04d}" for index in range(count) if index not in out}
 
 
 def test_samples_rise_like_the_demonstrations_where_minimum_jerk_does_not(trained):

@@ -11,6 +11,7 @@ import pytest
 from made_up_cell import CONFIG, idle_bench
 
 import sim1.policy.trial_crew
+from sim1.dataset.keypoints import KEYPOINTS
 from sim1.policy.episodes import Trajectory
 from sim1.policy.stage import policy
 
@@ -54,7 +55,7 @@ def write_dataset(folder: Path, trajectories: list[Trajectory], appearances: int
                 frames.append(
                     {
                         "observation.state": item.state[frame],
-                        "observation.environment_state": item.keypoints[frame],
+                        KEYPOINTS: item.keypoints[frame],
                         "action": item.action[frame],
                         "episode_index": episode,
                         "frame_index": frame,

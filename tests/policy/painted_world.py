@@ -14,6 +14,7 @@ from sim1.render.job import Job
 from sim1.render.stage import RenderConfig, rendered_episodes
 from sim1.stage import Inputs
 
+ROBOT = {"": Path(__file__).parents[2] / "data" / "robot"}
 POLICIES = Path(__file__).parents[2] / "data" / "policies"
 SOURCES = {
     "0000": "0000",
@@ -69,7 +70,7 @@ def write_world(folder: Path, *, sources: dict[str, str] = SOURCES, frame_count:
     rendered.mkdir()
     data.mkdir()
     rendered_episodes(inputs, rendered, RENDER)
-    dataset({"rendered_episodes": {"towel": rendered}}, data, DatasetConfig())
+    dataset({"robot": ROBOT, "rendered_episodes": {"towel": rendered}}, data, DatasetConfig())
     return {
         "dataset": {"": data},
         "rendered_episodes": {"towel": rendered},

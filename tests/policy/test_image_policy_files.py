@@ -15,7 +15,7 @@ from sim1.stage import BadInput
 
 FEATURES = {
     "observation.state": PolicyFeature(type=FeatureType.STATE, shape=(14,)),
-    "observation.environment_state": PolicyFeature(type=FeatureType.ENV, shape=(36,)),
+    "observation.environment_state": PolicyFeature(type=FeatureType.ENV, shape=(36,)),  # of somebody else's dataset
     "observation.images.head": PolicyFeature(type=FeatureType.VISUAL, shape=(3, 24, 32)),
     "action": PolicyFeature(type=FeatureType.ACTION, shape=(14,)),
 }

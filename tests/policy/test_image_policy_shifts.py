@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 import pytest
+from painted_world import ROBOT
 from PIL import Image
 from towel_cell import LOOKS, write_inputs
 
@@ -136,7 +137,9 @@ def rendered(tmp_path, request):
         if NO_OPENGL in str(error):
             pytest.skip(NO_OPENGL)
         raise
-    dataset({"rendered_episodes": {"towel": tmp_path / "rendered"}}, tmp_path / "dataset", DatasetConfig())
+    dataset(
+        {"robot": ROBOT, "rendered_episodes": {"towel": tmp_path / "rendered"}}, tmp_path / "dataset", DatasetConfig()
+    )
     return {
         **inputs,
         "rendered_episodes": {"towel": tmp_path / "rendered"},

@@ -9,6 +9,7 @@ import pytest
 import torch
 from painted_world import HELD_OUT, POLICIES, Painter, write_world
 
+from sim1.dataset.keypoints import KEYPOINTS
 from sim1.policy.image.build import load, policy_config, processors, save
 from sim1.policy.image.checkpoint import HALF
 from sim1.policy.image.clips import split_clips
@@ -89,7 +90,7 @@ def test_normalisation_knows_the_training_part_alone(dataset, config, episodes):
 
 def test_privileged_columns_never_reach_the_policy(dataset, config, episodes):
     batch = open_frames(dataset, episodes, config)[0]
-    assert "observation.environment_state" in batch
+    assert KEYPOINTS in batch
     assert set(seen_by(config, batch)) == {
         "observation.images.head", "observation.state", "action", "action_is_pad", "task",
     }  # fmt: skip

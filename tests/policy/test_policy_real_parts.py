@@ -42,7 +42,12 @@ def episode(number: int) -> Episode:
         command_joints_rad=joints + 0.01,
         command_openness=np.full((FRAMES, 2), 0.5),
         garment_m=np.repeat(lying[None], FRAMES, axis=0).astype(np.float32),
-        about={"garment": "towel", "sources": [f"{number:04d}"], "cell": {"substeps": 4, "iterations": 3}},
+        about={
+            "garment": "towel",
+            "task_text": "fold the towel",
+            "sources": [f"{number:04d}"],
+            "cell": {"substeps": 4, "iterations": 3},
+        },
     )
 
 
@@ -79,7 +84,11 @@ def inputs(tmp_path_factory):
         write_episode(clip, episode(number))
         for appearance in range(2):
             paint_clip(clip / f"v{appearance}", shade=40 + 50 * number + 20 * appearance)
-    dataset({"rendered_episodes": {"towel": place["rendered"]}}, place["dataset"], DatasetConfig())
+    dataset(
+        {"robot": {"": ROOT / "data" / "robot"}, "rendered_episodes": {"towel": place["rendered"]}},
+        place["dataset"],
+        DatasetConfig(),
+    )
     stages = ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality")
     given = {name: {"towel": place[name]} for name in stages}
     return {**given, "dataset": {"": place["dataset"]}}
@@ -106,7 +115,7 @@ def test_what_lerobot_wrote_is_what_the_policy_reads(inputs):
     for number, item in enumerate(read):
         truth = episode(number)
         np.testing.assert_array_equal(item.state, truth.state()[::STRIDE])
-        np.testing.assert_array_equal(item.action, truth.action()[::STRIDE])
+        np.testing.assert_array_equal(item.action, truth.action_until_next(STRIDE))
         points = truth.garment_m[::STRIDE, keypoint_indices(TOWEL.rest_m, 12)]
         np.testing.assert_array_equal(item.keypoints, points.reshape(len(item.state), -1))
         assert item.sources == {f"{number:04d}"}

@@ -61,13 +61,13 @@ def test_seeds_do_not_narrow_the_interval_as_if_they_were_trajectories():
     assert many.count == 50 * few.count
 
 
-def trials(kind, size, wins, of=20, shift="spatial"):
+def trials(kind, size, wins, of=20, shift="spatial", seed=0):
     """The first placements succeed."""
     return pd.DataFrame(
         {
             "trained_on": kind,
             "size": size,
-            "seed": 0,
+            "seed": seed,
             "garment": "towel",
             "shift": shift,
             "trial": range(of),
@@ -128,6 +128,13 @@ def test_a_real_demonstration_is_worth_the_generated_ones_that_succeed_as_often(
     assert found.real_value == 0.5
     assert found.ratio == pytest.approx(4.0, rel=0.1)  # eight generated ones succeed as often as two real ones
     assert found.interval.low < 4.0 < found.interval.high
+
+
+def test_trials_of_the_same_number_and_of_another_seed_are_other_placements():
+    wins = {(GENERATED, 2): (0, 6), (GENERATED, 8): (4, 14), (GENERATED, 32): (12, 20), (REAL, 2): (12, 6)}
+    both = pd.concat([trials(*kind, some[seed], seed=seed) for kind, some in wins.items() for seed in (0, 1)])
+    renumbered = both.assign(trial=both["trial"] + 20 * both["seed"], seed=0)
+    assert by_success(both, "spatial", seed=0) == by_success(renumbered, "spatial", seed=0)
 
 
 @pytest.mark.parametrize("wins", [0, 20])

@@ -21,7 +21,7 @@ from sim1.policy.trials import BROKEN, SIMULATOR, Bench
 from sim1.stage import BadInput
 
 
-def test_placements_are_within_the_limits_of_their_shift_and_the_same_for_every_model(artifact):
+def test_placements_are_within_the_limits_of_their_shift_and_the_same_for_every_size(artifact):
     trials = pd.read_parquet(artifact[0] / "evaluation.parquet")
     distance = np.hypot(trials["shift_x_m"], trials["shift_y_m"])
     spatial = trials["shift"] == "spatial"
@@ -32,6 +32,17 @@ def test_placements_are_within_the_limits_of_their_shift_and_the_same_for_every_
     for _, same in trials.groupby(["garment", "shift", "trial"]):
         assert same["shift_x_m"].nunique() == same["turn_rad"].nunique() == 1
     assert trials["turn_rad"][spatial].nunique() == 4
+
+
+def test_networks_of_one_seed_meet_the_same_placements_and_those_of_another_seed_others(tmp_path, dataset, bench):
+    (tmp_path / "p").mkdir()
+    config = replace(CONFIG, evaluate_seeds=2, evaluate_garment_count=1)
+    policy({"dataset": {"": dataset.path}}, tmp_path / "p", config)
+    trials = pd.read_parquet(tmp_path / "p" / "evaluation.parquet")
+    assert trials.groupby(["trained_on", "size"])["seed"].nunique().tolist() == [2, 2]
+    met = trials.groupby(["shift", "seed", "trial"])["shift_x_m"].unique()
+    assert met.map(len).tolist() == [1] * len(met)  # whatever they learnt from: they compare in pairs
+    assert met["spatial"].map(min).nunique() == 2 * CONFIG.trial_count  # two seeds: as many placements as trials
 
 
 def test_friction_is_changed_in_turn_where_that_is_the_shift(tmp_path, dataset, monkeypatch):

@@ -60,7 +60,7 @@ def episode(frame_count: int) -> Episode:
         command_joints_rad=joints + 0.01,
         command_openness=openness,
         garment_m=garment.astype(np.float32),
-        about={"garment": "towel", "seed": 3, "sources": ["0000"], "success": True},
+        about={"garment": "towel", "task_text": "fold the towel", "seed": 3, "sources": ["0000"], "success": True},
     )
 
 

@@ -10,9 +10,12 @@ import yaml
 
 from sim1.cloth.garment import grid_towel
 from sim1.cloth.physics import nominal_from_priors, write_physics
-from sim1.episode import read_episode
+from sim1.episode import read_episode, write_episode
+from sim1.motion.replay import replay_commands
+from sim1.robot.session import shortened
 from sim1.robot.stage import SeedDemosConfig, check_seed_demos, seed_demos
 from sim1.scene.description import Scene, write_scene
+from sim1.stage import BadInput
 
 ROOT = Path(__file__).parents[2]
 FABRIC = {
@@ -57,6 +60,7 @@ def inputs(tmp_path_factory) -> dict[str, dict[str, Path]]:
     write_physics(folder / "calibrated_physics" / "cell.yaml", nominal_from_priors(FABRIC))
     task = yaml.safe_load((ROOT / "data" / "tasks" / "towel.yaml").read_text())
     task["steps"][0] |= {"lift_m": 0.08, "carry_s": 1.6}
+    task["text"] = "fold the small towel"
     (folder / "towel.yaml").write_text(yaml.safe_dump(task))
     return {name: {"towel": folder / name} for name in ("garment_mesh", "scene", "calibrated_physics")} | {
         "task": {"towel": folder / "towel.yaml"}
@@ -78,6 +82,7 @@ def test_a_small_towel_is_folded_by_finger_contact(artifact):
     episode = read_episode(out / "episodes" / f"{facts['attempt_count'] - 1:04d}")
     assert episode.about["success"]
     assert episode.about["figures"]["iou"] > 0.8
+    assert episode.about["task_text"] == "fold the small towel"
     assert np.abs(np.diff(episode.time_s) - 1 / 30).max() < 1e-9
 
 
@@ -88,6 +93,22 @@ def test_all_blocking_checks_pass_and_the_replay_of_the_whole_run_is_equal_to_th
     again = json.loads((out / "cell.json").read_text())["replay"]
     assert again["frame_count"] > 150
     assert again["largest_difference_m"] == 0.0
+
+
+def test_an_episode_is_replayed_in_the_fabric_that_it_was_made_in(artifact, inputs, tmp_path):
+    """Nothing of the calibration is asked: by now it may be another one."""
+    out, _ = artifact
+    cell = {name: inputs[name] for name in ("garment_mesh", "scene")}
+    begin = shortened(read_episode(out / "episodes" / "0000"), 0.3)
+    write_episode(tmp_path / "same", begin)
+    assert replay_commands(cell, tmp_path / "same").same
+    heavier = {**begin.about["physics"], "area_density_kg_m2": {"value": 0.6, "ci95": None}}
+    write_episode(tmp_path / "other", replace(begin, about={**begin.about, "physics": heavier}))
+    assert not replay_commands(cell, tmp_path / "other").same
+    silent = {key: value for key, value in begin.about.items() if key != "physics"}
+    write_episode(tmp_path / "old", replace(begin, about=silent))
+    with pytest.raises(BadInput, match=r"old/episode\.json: key physics is missing.*made again"):
+        replay_commands(cell, tmp_path / "old")
 
 
 def test_the_session_opens_as_usd_with_moving_garment_and_links(artifact):

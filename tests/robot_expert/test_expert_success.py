@@ -1,5 +1,6 @@
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ steps:
     right: {grasp: near_right, fold: {axis: x, at: 0.5}}
 """
 TOWEL = grid_towel(0.30, 0.40, 0.025)
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 
 
 @pytest.fixture
@@ -134,6 +136,15 @@ def test_a_garment_still_moving_at_the_end_is_not_folded(task):
     assert judge(moving, TOWEL.faces, task).failure == "not folded"
 
 
+def test_a_task_that_says_nothing_in_words_is_to_fold_the_garment(task):
+    assert task.instruction("polo") == "fold the polo"
+
+
+def test_a_task_is_told_in_its_own_words():
+    flip = read_task(EXAMPLES / "towel_flip.yaml")
+    assert flip.instruction("towel") == "turn the towel over"
+
+
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
@@ -142,6 +153,9 @@ def test_a_garment_still_moving_at_the_end_is_not_folded(task):
         ("axis: x, at: 0.5", "axis: z, at: 0.5", "axis"),
         ("axis: x, at: 0.5", "axis: x, at: 1.5", "at"),
         ("title:", "tittle:", "tittle"),
+        ("title:", "text: 3\ntitle:", "text is 3"),
+        ("title:", "text: ''\ntitle:", "text is ''"),
+        ("title:", 'text: "two\\nlines"\ntitle:', "text is 'two"),
         ("[-1.0, 1.0]", "[0.0, 0.0]", "no length"),
         ("steps:", "steps: [", "readable"),
     ],

@@ -1,10 +1,12 @@
 import json
+import shutil
 
 import numpy as np
 import pandas as pd
 import pytest
 from validity_synthetic import make_artifacts
 
+import sim1.validity.watching
 from sim1.episode import episode_folders
 from sim1.stage import BadInput
 from sim1.validity.deciding import compared_filters
@@ -20,6 +22,7 @@ from sim1.validity.stage import (
     video_discriminator,
 )
 
+TESTED = 2  # of three demonstrations with as many failures each
 TINY = VideoDiscriminatorConfig(step_count=6, frame_count=4, frame_width=32, frame_height=32, batch_size=4, width=16)
 
 
@@ -107,18 +110,64 @@ def test_nothing_accepted_is_a_blocking_finding_with_the_reasons(tmp_path):
     assert "judge: not folded" in finding.detail
 
 
-def test_the_discriminator_decides_once_held_out_clips_support_it(tmp_path):
-    inputs = make_artifacts(tmp_path, [1.0, 0.98, 0.99], [1.0, 0.3, 0.99, 0.2, 0.97, 0.25, 0.98, 0.3, 0.96, 0.2])
-    config = VideoDiscriminatorConfig(
-        step_count=25, frame_count=4, frame_width=32, frame_height=32, batch_size=6, width=16, learning_rate=1e-3
-    )
-    run(video_discriminator, inputs, tmp_path / "out", config)
-    metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
+LEARNS = VideoDiscriminatorConfig(
+    step_count=25, frame_count=4, frame_width=32, frame_height=32, batch_size=6, width=16, learning_rate=1e-3
+)
+
+
+@pytest.fixture(scope="module")
+def deciding(tmp_path_factory):
+    """A discriminator that has seen enough of both: three demonstrations, fifteen good candidates and fifteen bad ones."""
+    root = tmp_path_factory.mktemp("deciding")
+    inputs = make_artifacts(root, [1.0, 0.98, 0.99], [0.97, 0.25] * 15)
+    run(video_discriminator, inputs, root / "out", LEARNS)
+    return root / "out"
+
+
+def test_the_discriminator_decides_once_clips_of_other_demonstrations_support_it(deciding):
+    metrics = json.loads((deciding / "metrics.json").read_text())
     assert not metrics["abstains"], metrics["reason"]
-    assert metrics["held_out"]["precision"] >= config.precision
-    held_out = [row["clip"] for row in metrics["scores"] if row["held_out"]]
-    assert f"demo/{metrics['held_out_demonstration']}" in held_out
-    assert not names(check_video_discriminator(tmp_path / "out"), passed=False)
+    assert metrics["test"]["precision"] >= LEARNS.precision
+    who = metrics["demonstrations"]
+    assert who["apart"]
+    for part in ("calibration", "test"):
+        [demo] = who[part]
+        assert f"demo/{demo}" in [row["clip"] for row in metrics["scores"] if row["part"] == part]
+    assert who["calibration"] != who["test"]
+    assert not names(check_video_discriminator(deciding), passed=False)
+
+
+def test_a_discriminator_that_decides_against_its_test_clips_is_found(deciding, tmp_path):
+    """The threshold suits the calibration clips; of the test clips it accepts, as many are failures as successes."""
+    out = shutil.copytree(deciding, tmp_path / "out")
+    metrics = json.loads((out / "metrics.json").read_text())
+    for row in metrics["scores"]:
+        if row["part"] == "test" and not row["success"]:
+            row["score"] = 0.999
+    (out / "metrics.json").write_text(json.dumps(metrics))
+    [finding] = [item for item in check_video_discriminator(out) if item.name == "decides_only_with_evidence"]
+    assert finding.blocking
+    assert not finding.passed
+    assert "not surely more than accepting all gives" in finding.detail
+
+
+def test_a_threshold_that_fails_on_the_test_clips_makes_it_abstain(tmp_path, monkeypatch):
+    """The network is replaced by one that tells the clips of its calibration and knows nothing of others."""
+    inputs = make_artifacts(tmp_path, [1.0, 0.98, 0.99], [0.97, 0.25] * 15)
+    real = sim1.validity.watching.scores
+
+    def guessed(network, clips):
+        found = real(network, clips)
+        return np.where(np.arange(len(found)) % 3 == TESTED, 0.9, found)  # demonstration i % 3 of both kinds of clips
+
+    monkeypatch.setattr(sim1.validity.watching, "scores", guessed)
+    run(video_discriminator, inputs, tmp_path / "out", LEARNS)
+    metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
+    assert metrics["demonstrations"]["test"] == [f"{TESTED:04d}"]
+    assert metrics["calibration"]["precision"] >= LEARNS.precision
+    assert metrics["abstains"]
+    assert "not surely more than accepting all gives" in metrics["reason"]
+    assert names(check_video_discriminator(tmp_path / "out"), passed=False) == {"decides"}
 
 
 def test_rules_need_a_success(tmp_path):

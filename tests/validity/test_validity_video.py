@@ -1,3 +1,6 @@
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -5,18 +8,12 @@ import torch
 from sim1.stage import BadInput
 from sim1.validity.clips import Clip, read_clip, sampled, write_clip
 from sim1.validity.discriminator import VideoDiscriminator, positions
-from sim1.validity.scoring import (
-    LabelledClip,
-    held_out_figures,
-    padded,
-    scores,
-    split_by_source,
-    threshold_for,
-    train_discriminator,
-)
+from sim1.validity.evidence import Outcome, doubt, figures, outcome, threshold_for
+from sim1.validity.parts import LabelledClip, split_by_source
+from sim1.validity.scoring import padded, scores, train_discriminator
 
 
-def clips(count: int, length: int = 5, size: int = 32) -> list[LabelledClip]:
+def clips(count: int, length: int = 5, size: int = 32, demos: int = 3) -> list[LabelledClip]:
     """Successes end bright, failures end dark."""
     rng = np.random.default_rng(0)
     result = []
@@ -24,7 +21,7 @@ def clips(count: int, length: int = 5, size: int = 32) -> list[LabelledClip]:
         success = index % 2 == 0
         frames = rng.integers(90, 110, (length, size, size, 3)).astype(np.uint8)
         frames[length // 2 :, 8:24, 8:24] = 230 if success else 20
-        sources = frozenset({f"{index // 2 % 3:04d}"})
+        sources = frozenset({f"{index // 2 % demos:04d}"})
         result.append(LabelledClip(name=f"c{index}", frames=frames, success=success, sources=sources))
     return result
 
@@ -70,29 +67,64 @@ def test_training_tells_bright_endings_from_dark_ones_and_repeats_to_the_bit():
     np.testing.assert_array_equal(found, scores(again, [clip.frames for clip in data]))
 
 
-def test_no_clip_of_the_held_out_demonstration_is_trained_on():
-    train, test, source = split_by_source(clips(12))
-    assert source is not None
-    assert test
-    assert all(source in clip.sources for clip in test)
-    assert not any(source in clip.sources for clip in train)
-    assert len(train) + len(test) == 12
+def named(clips):
+    return {clip.name for clip in clips}
 
 
-def test_nothing_is_held_out_where_one_side_would_lack_an_outcome():
-    data = [clip for clip in clips(12) if clip.success or "0000" in clip.sources]  # all failures from one source
-    train, test, source = split_by_source(data)
-    assert (len(train), test, source) == (len(data), [], None)
+def sources_of(clips):
+    return set().union(*(clip.sources for clip in clips))
+
+
+def test_each_demonstration_trains_calibrates_or_tests_and_all_have_both_outcomes():
+    data = clips(30, length=1, demos=7)
+    parts = split_by_source(data)
+    split = [parts.train, parts.calibration, parts.test]
+    assert parts.apart
+    assert sum(map(len, split)) == len(named(parts.train + parts.calibration + parts.test)) == 30
+    assert sum(len(sources_of(part)) for part in split) == len(sources_of(data)) == 7
+    assert all({clip.success for clip in part} == {True, False} for part in split)
+    assert len(parts.train) > len(parts.test) > 4
+
+
+def test_a_clip_of_two_demonstrations_is_trained_on_only_if_none_of_them_is_held_out():
+    data = clips(30, length=1, demos=7)
+    mixed = [replace(clip, sources=clip.sources | {f"{index % 7:04d}"}) for index, clip in enumerate(data)]
+    parts = split_by_source(mixed)
+    assert not sources_of(parts.calibration) & sources_of(parts.test) - sources_of(parts.train)
+    held_out = {name for name in sources_of(mixed) if name not in sources_of(parts.train)}
+    assert all(clip.sources & held_out for clip in parts.calibration + parts.test)
+    assert not named(parts.calibration) & named(parts.test)
+
+
+def test_two_demonstrations_are_not_enough_to_calibrate_and_test_on_different_ones():
+    parts = split_by_source(clips(16, length=1, demos=2))
+    assert not parts.apart
+    assert sources_of(parts.calibration) == sources_of(parts.test)
+    assert not sources_of(parts.train) & sources_of(parts.test)
+    assert not named(parts.calibration) & named(parts.test)
+    assert [sum(clip.success for clip in part) for part in (parts.calibration, parts.test)] == [2, 2]
+
+
+def test_nothing_is_held_out_where_training_would_lack_an_outcome():
+    data = [
+        clip for clip in clips(12, length=1) if clip.success or "0000" in clip.sources
+    ]  # all failures from one source
+    parts = split_by_source(clips(12, length=1, demos=1))
+    assert (len(parts.train), parts.calibration, parts.test) == (12, [], [])
+    alone = split_by_source(data)
+    assert {clip.success for clip in alone.train} == {True, False}
+    assert {clip.success for clip in alone.calibration} != {True, False}
 
 
 def test_the_threshold_has_the_wanted_precision_at_the_most_recall():
     score = np.array([0.1, 0.2, 0.4, 0.5, 0.6, 0.8, 0.9])
     success = np.array([False, True, False, True, False, True, True])
     exact = threshold_for(score, success, 1.0)
-    assert (exact.threshold, exact.precision, exact.recall) == (pytest.approx(0.7), 1.0, 0.5)
+    assert exact == pytest.approx(0.7)
+    assert outcome(score, success, exact).recall == 0.5
     loose = threshold_for(score, success, 0.6)
-    assert loose.threshold == pytest.approx(0.15)
-    assert loose.recall == 1.0
+    assert loose == pytest.approx(0.15)
+    assert outcome(score, success, loose).recall == 1.0
 
 
 def test_no_threshold_is_better_than_an_unsupported_one():
@@ -101,10 +133,30 @@ def test_no_threshold_is_better_than_an_unsupported_one():
 
 def test_figures_carry_counts_and_wilson_intervals():
     score, success = np.array([0.1, 0.9, 0.8]), np.array([False, True, True])
-    figures = held_out_figures(score, success, threshold_for(score, success, 1.0))
-    assert figures["roc_area"] == 1.0
-    assert (figures["success_count"], figures["failure_count"]) == (2, 1)
-    assert figures["precision_ci95"][0] == pytest.approx(0.342, abs=0.001)
+    found = figures(score, success, 0.5)
+    assert found["roc_area"] == found["precision"] == 1.0
+    assert (found["success_count"], found["failure_count"]) == (2, 1)
+    assert found["precision_ci95"][0] == pytest.approx(0.342, abs=0.001)
+    nothing = figures(score, success, 0.95)
+    assert nothing["precision"] is None
+    assert nothing["precision_ci95"] == [0.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("accepted", "right", "successes", "failures", "why"),
+    [
+        (8, 8, 10, 10, ""),
+        (2, 2, 2, 2, "too few test clips: 4, 2 of the rarer outcome"),
+        (8, 5, 10, 10, "5 of 8 = 62 %.* not surely more than accepting all gives, 50%"),
+        (20, 16, 20, 60, "16 of 20 = 80 %.*wanted 99%"),
+        (4, 4, 12, 12, "keeps only 33% of the 12 successes"),
+        (0, 0, 10, 10, "none tried, not surely more"),
+    ],
+)
+def test_what_the_test_clips_do_not_support_is_said(accepted, right, successes, failures, why):
+    found = Outcome(accepted=accepted, accepted_success=right, success_count=successes, failure_count=failures)
+    said = doubt(found, wanted=0.99, least=4)
+    assert re.search(why, said) if why else said == ""
 
 
 def test_a_clip_reads_back_and_damage_is_refused(tmp_path):

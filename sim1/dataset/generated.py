@@ -1,0 +1,78 @@
+"""A dataset of a folder of `sim1 generate`: its accepted episodes rendered and written as the stages of the pipeline do it."""
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+
+from sim1.dataset.stage import DatasetConfig, check_dataset, dataset
+from sim1.progress import within
+from sim1.render.stage import RenderConfig, check_rendered_episodes, rendered_episodes
+from sim1.stage import BadInput, Facts, Finding, Inputs
+
+RENDERING = 0.95  # of the progress bar
+
+
+def dataset_of_generated(
+    folder: Path, inputs: Inputs, garment: str, render: RenderConfig, config: DatasetConfig, out: Path
+) -> Facts:
+    """Render into `out/rendered`, which a killed run goes on with, and write `out/dataset`, an artifact of stage `dataset`.
+
+    Trajectories are named after the seed, so that they stay apart from those of the stage and of other seeds when datasets are merged.
+
+    Args:
+        folder: of `sim1 generate`, finished or not.
+        inputs: garment_mesh, scene, calibrated_physics and mismatch_report of the garment, sources appearance, robot and owner.
+        garment: its name.
+        render: how to render.
+        config: how to write.
+        out: folder.
+
+    Raises:
+        BadInput: nothing was accepted, an input or a frame is at fault, or `out/dataset` exists.
+        BlenderFailed: Blender's process could not finish.
+    """
+    final, part, rendered = (out / name for name in ("dataset", "dataset.part", "rendered"))
+    if final.exists():
+        raise BadInput(f"{final}: exists; give another folder")
+    episodes = accepted_episodes(folder)
+    rendered.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as links:
+        place = Path(links) / "episodes"
+        place.mkdir()
+        for name, path in episodes.items():
+            (place / name).symlink_to(path.resolve())
+        with within(0.0, RENDERING):
+            rendered_episodes({**inputs, "valid_trajectories": {garment: Path(links)}}, rendered, render)
+    _require(check_rendered_episodes(rendered), rendered)
+    shutil.rmtree(part, ignore_errors=True)
+    part.mkdir()
+    with within(RENDERING, 1.0):
+        facts = dataset({**inputs, "rendered_episodes": {garment: rendered}}, part, config)
+    _require(check_dataset(part), part)
+    part.rename(final)
+    return facts
+
+
+def accepted_episodes(folder: Path) -> dict[str, Path]:
+    """Folders of the episodes that passed all filters, by a name that tells the seed.
+
+    Raises:
+        BadInput: this is no folder of `sim1 generate`, a row is damaged, or nothing was accepted.
+    """
+    try:
+        seed = json.loads((folder / "plan.json").read_text())["setting.seed"]
+        rows = [json.loads(path.read_text()) for path in sorted((folder / "attempts").glob("*.json"))]
+        names = [row["episode"] for row in rows if row["accepted"]]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BadInput(f"{folder}: not a readable folder of `sim1 generate` ({error!r}); make it again") from error
+    if not names:
+        raise BadInput(f"{folder}: none of {len(rows)} attempts was accepted; `sim1 generate` makes more of them")
+    return {f"seed{seed}_{name}": folder / "episodes" / name for name in names}
+
+
+def _require(findings: list[Finding], folder: Path) -> None:
+    """Raises BadInput at a failed blocking finding."""
+    for finding in findings:
+        if finding.blocking and not finding.passed:
+            raise BadInput(f"{folder}: {finding.name}: {finding.detail}")
