@@ -152,29 +152,33 @@ def test_a_fold_turned_past_180_degrees_is_followed_and_not_taken_for_a_fold_to_
 RIGHT = np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
 
 
-def woven(ratio: float, growth: float, lam: float, compression_share: float) -> Elements:
-    """One triangle of a weave with warp along x."""
-    effects = (AnisotropicStretch(ratio_warp_weft=ratio), StrainStiffening(growth=growth))
+def woven(ratio: float, growth: float, lam: float, compression_share: float, angle: float = 0.0) -> Elements:
+    """One triangle of a weave with warp at this angle to x."""
+    warp = (float(np.cos(angle)), float(np.sin(angle)), 0.0)
+    effects = (AnisotropicStretch(ratio_warp_weft=ratio, warp=warp), StrainStiffening(growth=growth))
     model = cloth(RIGHT, np.array([[0, 1, 2]]), tri_ke=100.0, tri_ka=lam)
     return Elements("membrane", Run(model, 0.01, effects=effects, compression_share=compression_share))
 
 
-@pytest.mark.parametrize("ratio", [1.0, 4.0, 0.25])
-@pytest.mark.parametrize("growth", [0.0, 60.0])
+@pytest.mark.parametrize(
+    ("ratio", "growth", "angle"), [(1.0, 60.0, 0.0), (4.0, 0.0, 0.0), (0.25, 60.0, 0.0), (4.0, 60.0, 0.5)]
+)
 @pytest.mark.parametrize("compression_share", [1.0, 0.02])
 def test_membrane_force_of_a_weave_is_the_slope_of_the_least_energy_that_wrinkles_leave(
-    ratio, growth, compression_share
+    ratio, growth, angle, compression_share
 ):
+    c, s = np.cos(angle), np.sin(angle)
+    along = RIGHT @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     law = np.diag([300.0 * np.sqrt(ratio), 300.0 / np.sqrt(ratio), 100.0])
     law[0, 1] = law[1, 0] = 100.0
-    element = woven(ratio, growth, 100.0, compression_share)
+    element = woven(ratio, growth, 100.0, compression_share, angle)
     random = np.random.default_rng(7)
     for _ in range(40):
         x = RIGHT @ np.linalg.qr(random.standard_normal((3, 3)))[0] + 0.006 * random.standard_normal((3, 3))
         x = np.float32(x).astype(float)
         assert_close(
             element.at(x)[0][0],
-            downhill(lambda p: woven_energy(p, RIGHT, law, compression_share, growth), x),
+            downhill(lambda p: woven_energy(p, along, law, compression_share, growth), x),
             share=3e-3,
         )
 

@@ -8,7 +8,7 @@ import warp as wp
 
 @wp.struct
 class Sheet:
-    """The cloth's structure; nothing in it changes during a step."""
+    """The cloth's structure; nothing in it changes during the sweeps of a step. Effects of bending shift `hinge_angle` before."""
 
     mass: wp.array(dtype=float)  # [kg], (v,)
     movable: wp.array(dtype=wp.int32)  # (v,), 0: held

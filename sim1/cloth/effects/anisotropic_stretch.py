@@ -26,7 +26,7 @@ class AnisotropicStretch(Effect):
     )
 
     ratio_warp_weft: float  # 1
-    warp: tuple[float, float, float] = WARP  # direction of the warp threads at rest, projected on each face
+    warp: tuple[float, float, float] = WARP  # direction of the warp threads at rest, for all effects
 
     def __post_init__(self) -> None:
         """Refuse what cannot be meant."""
@@ -43,7 +43,7 @@ class AnisotropicStretch(Effect):
     def shape(self, solver: Any) -> None:
         """Replace the isotropic law of every triangle."""
         sheet = solver.sheet
-        align(sheet, solver.model.particle_q.numpy(), self.warp)
+        align(sheet, solver.model.particle_q.numpy(), solver.warp)
         law = np.stack([orthotropic(c, self.ratio_warp_weft) for c in sheet.triangle_law.numpy().astype(float)])
         sheet.triangle_law.assign(law.astype(np.float32))
 

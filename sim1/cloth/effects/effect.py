@@ -48,6 +48,8 @@ class Effect:
     afar: ClassVar[tuple[dict[str, float], ...]] = ()  # coefficients far from nothing, from which it is sought as well
     widens: ClassVar[str | None] = None  # name of the effect that this one is where its shapes are 0
     measured: ClassVar[bool] = False  # belongs to the rig or to the cameras, not to the cloth
+    rank: ClassVar[int] = 0  # shapes and pushes before those of lower rank, which build on what it leaves
+    warp: ClassVar[tuple[float, float, float] | None] = None  # direction of the warp threads at rest, where it says so
 
     @classmethod
     def alter(cls, world: World, values: dict[str, float]) -> World:
@@ -76,10 +78,14 @@ class Effect:
         return self.alter(world, {c.name: getattr(self, c.name) for c in self.coefficients})
 
     def shape(self, solver: Any) -> None:
-        """Change the arrays of `solver.sheet`, once, when the solver is made or the model changed."""
+        """Change the arrays of `solver.sheet`, once, when the solver is made or the model changed; by falling `rank`."""
 
     def push(self, solver: Any, dt: float) -> None:
-        """Add to `solver.now.force` and `solver.now.slope`, in every step, before the sweeps."""
+        """Act on a step before its sweeps; by falling `rank`.
+
+        On vertices by adding to `solver.now.force` and `solver.now.slope`, on hinges by `solver.curving.answer`, which shifts
+        `solver.sheet.hinge_angle` for the step, on contacts by changing `solver.solids.friction` and `solver.solids.skew`.
+        """
 
 
 def effect_of(entry: dict[str, Any], known: dict[str, type[Effect]]) -> Effect:
