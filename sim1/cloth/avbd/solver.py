@@ -206,7 +206,6 @@ class SolverAVBD(SolverBase):
 
     def _read_model(self) -> None:
         self.sheet = sheet_of(self.model, self.config.compression_share)
-        self.table_friction = 0.0 if self.table is None else float(self.model.shape_material_mu.numpy()[self.table])
         self.hinge_corners_m = self.model.particle_q.numpy()[self.sheet.hinge.numpy()].astype(
             float
         )  # (h, 4, 3), at rest
