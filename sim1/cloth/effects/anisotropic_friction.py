@@ -1,5 +1,6 @@
 """Table friction depends on the direction."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -22,6 +23,8 @@ class AnisotropicFriction(Effect):
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="ratio", unit="1", scale=0.5, kind="log", centre=1.0, low=0.02, high=50.0),
     )
+
+    limits: ClassVar[dict[str, tuple[float, float]]] = {"mu_x": (0.0, math.inf), "mu_y": (0.0, math.inf)}
 
     mu_x: float  # 1
     mu_y: float  # 1
