@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
+from sim1.cloth.effects import AnisotropicFriction
 from sim1.cloth.garment import read_garment_mesh
 from sim1.cloth.physics import ClothPhysics, read_physics
 from sim1.episode import RATE_HZ, episode_folders, read_episode, read_start
@@ -183,7 +184,7 @@ def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: fl
 
     world = REALITY if trials_in == "reality" and read_world(inputs["reality"][garment]) else SIMULATOR
     source = "reality" if world == REALITY else "calibrated_physics"
-    physics = _rubbed(read_physics(inputs[source][garment] / "cell.yaml"), friction_factor)
+    physics = rubbed(read_physics(inputs[source][garment] / "cell.yaml"), friction_factor)
     if world == REALITY:
         numerics = replace(numerics, substeps=FINER * numerics.substeps)
     cell = Cell(mesh, scene, physics, numerics)
@@ -191,10 +192,20 @@ def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: fl
     return Bench(world=world, cell=cell, start=start, judge=decide, look=look)
 
 
-def _rubbed(physics: ClothPhysics, factor: float) -> ClothPhysics:
-    """The same fabric with friction of all contacts times a factor."""
+def rubbed(physics: ClothPhysics, factor: float) -> ClothPhysics:
+    """The same fabric with friction of all contacts times a factor; an effect may say what the table's is along either axis."""
     if factor == 1.0:
         return physics
     known = physics.friction
     contacts = {name: replace(one, value=factor * one.value, ci95=None) for name, one in vars(known).items()}
-    return replace(physics, friction=replace(known, **contacts))
+    uneven = AnisotropicFriction.name
+    effects = tuple(_times(one, factor) if one["name"] == uneven else one for one in physics.effects)
+    return replace(physics, friction=replace(known, **contacts), effects=effects)
+
+
+def _times(effect: dict[str, Any], factor: float) -> dict[str, Any]:
+    """A model file's entry of an effect with all of its parameters times a factor."""
+    parameters = {
+        name: {**one, "value": factor * one["value"], "ci95": None} for name, one in effect["parameters"].items()
+    }
+    return {**effect, "parameters": parameters}

@@ -102,6 +102,38 @@ def membrane_energy(x: np.ndarray, rest: np.ndarray, mu: float, lam: float) -> f
     return float(area * (mu * np.trace(mixed @ mixed) + 0.5 * lam * np.trace(mixed) ** 2))
 
 
+def woven_energy(x: np.ndarray, rest: np.ndarray, law: np.ndarray, share: float, growth: float) -> float:
+    """Energy [J] of one triangle (3, 3) of a `law` (3, 3) along x and y, in which it lies at rest.
+
+    `share` of the law's own, the rest what is least of it when wrinkles may add any strain that is not negative; and
+    C e^3 growth / 3 along each axis where it is pulled.
+    """
+    gradient = np.linalg.solve(_sides(rest)[:, :2], _sides(x)).T  # (3, 2)
+    green = 0.5 * (gradient.T @ gradient - np.eye(2))
+    strain = np.array([green[0, 0], green[1, 1], 2.0 * green[0, 1]])
+    full = 0.5 * strain @ law @ strain
+    pulled = np.maximum(strain[:2], 0.0)
+    grown = growth / 3.0 * (np.diag(law)[:2] * pulled**3).sum()
+    area = 0.5 * np.linalg.norm(np.cross(*_sides(rest)))
+    return float(area * (share * full + (1.0 - share) * (full - _saved(green, strain, law)) + grown))
+
+
+def _saved(green: np.ndarray, strain: np.ndarray, law: np.ndarray) -> float:
+    """By how much wrinkles of the best direction lower the energy of a strain."""
+    if np.linalg.eigvalsh(green).max() <= 0.0:
+        return float(0.5 * strain @ law @ strain)
+
+    def gain(angle: np.ndarray) -> np.ndarray:
+        across = np.stack([np.cos(angle) ** 2, np.sin(angle) ** 2, np.sin(2.0 * angle)], axis=-1)
+        return 0.5 * np.maximum(-across @ law @ strain, 0.0) ** 2 / np.einsum("...i,ij,...j", across, law, across)
+
+    middle, wide = 0.0, np.pi
+    for _ in range(12):
+        angles = middle + 0.5 * wide * np.linspace(-1.0, 1.0, 41)
+        middle, wide = angles[np.argmax(gain(angles))], 0.1 * wide
+    return float(gain(np.array(middle)))
+
+
 def _sides(corners: np.ndarray) -> np.ndarray:
     return np.stack([corners[1] - corners[0], corners[2] - corners[0]])
 

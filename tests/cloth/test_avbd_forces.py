@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
-from avbd_elements import Elements, downhill, fold_angle, membrane_energy
+from avbd_elements import Elements, downhill, fold_angle, membrane_energy, woven_energy
 from avbd_sheets import Run, cloth, triangle_grid
+
+from sim1.cloth.effects import AnisotropicStretch, StrainStiffening
 
 MU, LAMBDA, BENDING = 120.0, 80.0, 3e-3
 EDGE = 0.05
@@ -147,17 +149,52 @@ def test_a_fold_turned_past_180_degrees_is_followed_and_not_taken_for_a_fold_to_
     assert sizes == pytest.approx(expected, rel=1e-3, abs=1e-9)
 
 
+RIGHT = np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
+
+
+def woven(ratio: float, growth: float, lam: float, compression_share: float, angle: float = 0.0) -> Elements:
+    """One triangle of a weave with warp at this angle to x."""
+    warp = (float(np.cos(angle)), float(np.sin(angle)), 0.0)
+    effects = (AnisotropicStretch(ratio_warp_weft=ratio, warp=warp), StrainStiffening(growth=growth))
+    model = cloth(RIGHT, np.array([[0, 1, 2]]), tri_ke=100.0, tri_ka=lam)
+    return Elements("membrane", Run(model, 0.01, effects=effects, compression_share=compression_share))
+
+
+@pytest.mark.parametrize(
+    ("ratio", "growth", "angle"), [(1.0, 60.0, 0.0), (4.0, 0.0, 0.0), (0.25, 60.0, 0.0), (4.0, 60.0, 0.5)]
+)
+@pytest.mark.parametrize("compression_share", [1.0, 0.02])
+def test_membrane_force_of_a_weave_is_the_slope_of_the_least_energy_that_wrinkles_leave(
+    ratio, growth, angle, compression_share
+):
+    c, s = np.cos(angle), np.sin(angle)
+    along = RIGHT @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    law = np.diag([300.0 * np.sqrt(ratio), 300.0 / np.sqrt(ratio), 100.0])
+    law[0, 1] = law[1, 0] = 100.0
+    element = woven(ratio, growth, 100.0, compression_share, angle)
+    random = np.random.default_rng(7)
+    for _ in range(40):
+        x = RIGHT @ np.linalg.qr(random.standard_normal((3, 3)))[0] + 0.006 * random.standard_normal((3, 3))
+        x = np.float32(x).astype(float)
+        assert_close(
+            element.at(x)[0][0],
+            downhill(lambda p: woven_energy(p, along, law, compression_share, growth), x),
+            share=3e-3,
+        )
+
+
 @pytest.mark.parametrize("lam", [0.0, 100.0])
 @pytest.mark.parametrize("compression_share", [1.0, 0.02])
-def test_a_closed_round_of_stretching_and_squeezing_gives_no_work(lam, compression_share):
-    corner = np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
-    model = cloth(corner, np.array([[0, 1, 2]]), tri_ke=100.0, tri_ka=lam)
-    element = Elements("membrane", Run(model, 0.01, compression_share=compression_share))
+@pytest.mark.parametrize("ratio", [1.0, 4.0, 0.25])
+def test_a_closed_round_of_stretching_and_squeezing_gives_no_work(lam, compression_share, ratio):
+    element = woven(ratio, 0.0, lam, compression_share)
+    c, s = np.cos(0.5), np.sin(0.5)  # oblique to the threads
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     up, full = np.linspace(0.0, 0.05, 101), np.full(101, 0.05)
     stretch = np.concatenate([up, full, up[::-1], 0.0 * up])
     squeeze = np.concatenate([0.0 * up, up, full, up[::-1]])
-    states = [corner * np.array([1.0 + a, 1.0 - b, 1.0]) for a, b in zip(stretch, squeeze)]
+    states = [RIGHT @ turn.T @ np.diag([1.0 + a, 1.0 - b, 1.0]) @ turn for a, b in zip(stretch, squeeze)]
     forces = [element.at(x)[0][0] for x in states]
     work = sum(0.5 * ((f0 + f1) * (x1 - x0)).sum() for x0, x1, f0, f1 in zip(states, states[1:], forces, forces[1:]))
-    stored = membrane_energy(states[100], corner, 100.0, lam)
+    stored = membrane_energy(states[100], RIGHT, 100.0, lam)
     assert abs(work) < 1e-3 * stored

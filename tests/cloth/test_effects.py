@@ -1,9 +1,11 @@
+from dataclasses import fields
+
 import numpy as np
 import pytest
 from avbd_sheets import G, Run, cloth, hold, square_grid
 from scipy.spatial.transform import Rotation
 
-from sim1.cloth.effects import EFFECTS, AirDrag, AnisotropicStretch, acted_effects, effects_of
+from sim1.cloth.effects import EFFECTS, AirDrag, AnisotropicStretch, Effect, acted_effects, effects_of
 from sim1.cloth.precise.world import World
 from sim1.stage import BadInput
 
@@ -41,25 +43,28 @@ def test_a_sheet_that_moves_in_its_plane_feels_the_skin_drag_alone():
     assert braked.put(v=start).step(240).v[:, 0].mean() == pytest.approx(slowed, rel=0.02)
 
 
-def hanging_extension(effects: tuple, along: int) -> float:
+def hanging_extension(effects: tuple, along: int, compression_share: float = 1.0) -> float:
     """Lengthening of a sheet (8 x 8 cm) that hangs by the edge across axis `along` of its rest shape."""
     points, faces = square_grid(9, 9, 0.01)
     gravity = [0.0, 0.0, 0.0]
     gravity[along] = -G
     model = cloth(points, faces, gravity=tuple(gravity), density=2.0, tri_ke=100.0, tri_ka=0.0)
     hold(model, points[:, along] > 0.0799)
-    run = Run(model, 10.0, effects=effects, iterations=300, warm_acceleration_g=0.0)
+    run = Run(
+        model, 10.0, effects=effects, iterations=300, warm_acceleration_g=0.0, compression_share=compression_share
+    )
     for _ in range(3):
         run.put(v=np.zeros(3)).step()
     return float(-run.x[points[:, along] < 1e-9, along].mean())
 
 
-def test_warp_and_weft_stretch_in_the_ratio_of_their_stiffnesses():
-    ratio = 4.0
-    plain = hanging_extension((), 0)
-    along_warp = hanging_extension((AnisotropicStretch(ratio_warp_weft=ratio),), 0)
-    along_weft = hanging_extension((AnisotropicStretch(ratio_warp_weft=ratio),), 1)
-    turned = hanging_extension((AnisotropicStretch(ratio_warp_weft=ratio, warp=(0.0, 1.0, 0.0)),), 1)
+@pytest.mark.parametrize("share", [1.0, 0.02])
+@pytest.mark.parametrize("ratio", [4.0, 0.25])
+def test_warp_and_weft_stretch_in_the_ratio_of_their_stiffnesses(ratio, share):
+    plain = hanging_extension((), 0, share)
+    along_warp = hanging_extension((AnisotropicStretch(ratio_warp_weft=ratio),), 0, share)
+    along_weft = hanging_extension((AnisotropicStretch(ratio_warp_weft=ratio),), 1, share)
+    turned = hanging_extension((AnisotropicStretch(ratio_warp_weft=ratio, warp=(0.0, 1.0, 0.0)),), 1, share)
     assert along_weft / along_warp == pytest.approx(ratio, rel=0.03)
     assert np.sqrt(along_weft * along_warp) == pytest.approx(plain, rel=0.03)
     assert turned == pytest.approx(along_warp, rel=0.03)
@@ -72,10 +77,52 @@ def test_effects_of_a_model_file_are_read_by_name_and_the_unknown_is_refused_by_
         effects_of(({"name": "gremlins", "parameters": {}},))
     with pytest.raises(BadInput, match=r"air_drag has unknown parameters \['c_normla'\]"):
         effects_of(({"name": "air_drag", "parameters": {"c_normla": {"value": 1.0}}},))
-    with pytest.raises(BadInput, match="c_normal"):
+    with pytest.raises(BadInput, match=r"effects: air_drag: c_normal is -1\.0, must be finite and between 0 and inf"):
         effects_of(({"name": "air_drag", "parameters": {"c_normal": {"value": -1.0}}},))
     with pytest.raises(BadInput, match="c_normal"):
         effects_of(({"name": "air_drag", "parameters": {}},))
+
+
+def parameters_of(effect: type[Effect]) -> dict[str, float]:
+    """Every number of an effect, within its limits."""
+    limits = {c.name: (c.low, c.high) for c in effect.coefficients} | effect.limits
+    numbers = (f.name for f in fields(effect) if f.name != "warp")
+    return {name: float(np.clip(1.0, *limits.get(name, (-1.0, 1.0)))) for name in numbers}
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_a_parameter_beyond_its_limits_or_no_number_is_refused_with_effect_name_value_and_limits(name):
+    effect, good = EFFECTS[name], parameters_of(EFFECTS[name])
+    effect(**good)
+    limits = {c.name: (c.low, c.high) for c in effect.coefficients} | effect.limits
+    for parameter in good:
+        low, high = limits.get(parameter, (-np.inf, np.inf))
+        for bad in (np.nan, np.inf, -np.inf, "1.0", None, low - 1e-3, high + 1e-3):
+            with pytest.raises(ValueError, match=f"{name}: {parameter} is .*between {low:g} and {high:g}"):
+                effect(**{**good, parameter: bad})
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter"),
+    [
+        ("adhesion", "reach"),
+        ("anisotropic_bending", "ratio_warp_weft"),
+        ("anisotropic_stretch", "ratio_warp_weft"),
+        ("bending_hysteresis", "slip_curvature"),
+        ("grip_compliance", "stiffness"),
+        ("shrinkage", "scale_v"),
+        ("static_friction", "stribeck_speed"),
+    ],
+)
+def test_what_is_divided_by_is_not_0(name, parameter):
+    with pytest.raises(ValueError, match=f"{name}: {parameter} is 0"):
+        EFFECTS[name](**{**parameters_of(EFFECTS[name]), parameter: 0})
+
+
+@pytest.mark.parametrize("warp", [(0.0, 0.0, 0.0), (np.nan, 1.0, 0.0), (1.0, 0.0)])
+def test_a_warp_that_is_no_direction_is_refused(warp):
+    with pytest.raises(ValueError, match="anisotropic_stretch: warp is"):
+        AnisotropicStretch(ratio_warp_weft=2.0, warp=warp)
 
 
 def test_every_effect_says_how_it_shows_and_where_its_formula_comes_from():

@@ -9,6 +9,7 @@ from made_up_cell import CONFIG, VERTICES, ObedientCell, look, start
 
 import sim1.policy.trial_crew
 import sim1.policy.trials
+from sim1.cloth.physics import ClothPhysics, Property
 from sim1.policy.experiment import trial_garments, trial_models
 from sim1.policy.lessons import REAL, Lesson, ModelKey
 from sim1.policy.rollout import Driving, Start, observe, roll_out
@@ -17,7 +18,7 @@ from sim1.policy.stage import (
     policy,
 )
 from sim1.policy.training import TrainingPlan, train
-from sim1.policy.trials import BROKEN, SIMULATOR, Bench
+from sim1.policy.trials import BROKEN, SIMULATOR, Bench, rubbed
 from sim1.stage import BadInput
 
 
@@ -59,6 +60,25 @@ def test_friction_is_changed_in_turn_where_that_is_the_shift(tmp_path, dataset, 
     trials = pd.read_parquet(tmp_path / "p" / "evaluation.parquet")
     assert trials["friction_factor"].tolist() == [0.6, 1.6, 0.6]
     assert opened == [("towel", 0.6), ("towel", 1.6)]  # a cell is kept
+
+
+def test_friction_of_all_contacts_is_changed_and_with_it_the_tables_along_either_axis():
+    fabric = dict.fromkeys(
+        ("area_density_kg_m2", "thickness_m", "stretch_n_m", "poisson", "bending_n_m", "damping_s"), Property(value=0.1)
+    )
+    uneven = {
+        name: {"value": value, "ci95": [0.1, 0.9], "unit": "1"} for name, value in (("mu_x", 0.5), ("mu_y", 0.25))
+    }
+    wind = {"name": "wind", "parameters": {"c_normal": {"value": 1.3, "ci95": None, "unit": "1"}}}
+    known = ClothPhysics(**fabric, effects=({"name": "anisotropic_friction", "parameters": uneven}, wind))
+    slippery = rubbed(known, 0.6)
+    for contact in ("table", "robot", "self"):
+        before, after = (getattr(one.friction, contact).value for one in (known, slippery))
+        assert after == pytest.approx(0.6 * before)
+    both = slippery.effects[0]["parameters"]
+    assert {name: one["value"] for name, one in both.items()} == pytest.approx({"mu_x": 0.3, "mu_y": 0.15})
+    assert slippery.effects[1] == wind
+    assert rubbed(known, 1.0) == known
 
 
 def test_a_killed_experiment_goes_on_with_the_trials_that_are_made(tmp_path, dataset, bench, artifact, monkeypatch):

@@ -1,13 +1,41 @@
 """Empty arrays of the solver's structs."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import warp as wp
 
+from sim1.cloth.avbd.blocks import Blocks
 from sim1.cloth.avbd.iterate import Iterate
 from sim1.cloth.avbd.parameters import AVBDConfig
 from sim1.cloth.avbd.sheet import Sheet
 from sim1.cloth.avbd.touch import Guard, Touches
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arguments:
+    """The solver's structs as kernels take them."""
+
+    sheet: wp.array
+    blocks: wp.array
+    now: wp.array
+    solids: wp.array
+    layers: wp.array
+    guard: wp.array
+
+    @classmethod
+    def of(
+        cls, sheet: Sheet, blocks: Blocks, now: Iterate, solids: Touches, layers: Touches, guard: Guard
+    ) -> "Arguments":
+        """Packed."""
+        return cls(
+            sheet=packed(sheet, Sheet),
+            blocks=packed(blocks, Blocks),
+            now=packed(now, Iterate),
+            solids=packed(solids, Touches),
+            layers=packed(layers, Touches),
+            guard=packed(guard, Guard),
+        )
 
 
 def packed(struct: Any, kind: Any) -> wp.array:

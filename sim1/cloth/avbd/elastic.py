@@ -34,10 +34,15 @@ def slackened(part: Part, s1: float, s2: float, strain: wp.vec3, share: float):
     an edge are not in the mesh, so they are in its law. Taut where both principal stresses pull, E e n n^T where one alone
     would, nothing where the cloth is shorter in both directions: the slope of the relaxed energy, so that no closed round of
     strains gives work.
+
+    Strains are taken as D G D, D = diag(g, 1), in which a law with C33 = (sqrt(C11 C22) - C12) / 2 is isotropic. D G D is
+    negative wherever G is: what wrinkles may take up is the same in both, and so is the energy that they leave.
     """
-    mean = 0.5 * (strain[0] + strain[1])
-    half = 0.5 * (strain[0] - strain[1])
-    shear = 0.5 * strain[2]
+    lean = part.lean
+    first = lean * lean * strain[0]
+    mean = 0.5 * (first + strain[1])
+    half = 0.5 * (first - strain[1])
+    shear = 0.5 * lean * strain[2]
     radius = wp.sqrt(half * half + shear * shear)
     high = mean + radius
     if mean - radius + part.beside * high >= 0.0:
@@ -47,10 +52,10 @@ def slackened(part: Part, s1: float, s2: float, strain: wp.vec3, share: float):
     pull = (1.0 - share) * part.single * high
     cosine = half / radius
     sine = shear / radius
-    b1 = part.slope[0]
+    b1 = lean * part.slope[0]
     b2 = part.slope[1]
     return (
-        share * s1 + pull * ((1.0 + cosine) * b1 + sine * b2),
+        share * s1 + pull * lean * ((1.0 + cosine) * b1 + sine * b2),
         share * s2 + pull * (sine * b1 + (1.0 - cosine) * b2),
     )
 

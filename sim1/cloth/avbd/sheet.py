@@ -8,7 +8,7 @@ import warp as wp
 
 @wp.struct
 class Sheet:
-    """The cloth's structure; nothing in it changes during a step."""
+    """The cloth's structure; nothing in it changes during the sweeps of a step. Effects of bending shift `hinge_angle` before."""
 
     mass: wp.array(dtype=float)  # [kg], (v,)
     movable: wp.array(dtype=wp.int32)  # (v,), 0: held
@@ -43,8 +43,9 @@ class Part:
     second: wp.vec3  # S12 b1 + S22 b2 over strain, times the area [N]
     firmness: wp.vec3  # A (g1 C g1, g1 C g2, g2 C g2), g1 = (b1, 0, b2) and g2 = (0, b2, b1) the strain's changes [N/m]
     viscosity: float  # 4 A kd [N m s]
-    beside: float  # C12 over C11
-    single: float  # A E / 2, of a strip that nothing holds sideways [N m]
+    lean: float  # g = (C11 / C22)^(1/4): in strains (g^2 G11, G22, g G12) the law of a weave is isotropic
+    beside: float  # C12 over C11 of that isotropic law
+    single: float  # A E / 2 of it, of a strip that nothing holds sideways [N m]
 
 
 def sheet_of(model: Any, slack: float) -> Sheet:
@@ -106,8 +107,11 @@ def parts_of(sheet: Sheet, triangle: np.ndarray, slope: np.ndarray) -> wp.array:
     pairs = ((with_first, with_first), (with_first, with_second), (with_second, with_second))
     parts["firmness"] = area[:, None] * np.stack([np.einsum("ni,nij,nj->n", a, law, b) for a, b in pairs], axis=-1)
     parts["viscosity"] = 4.0 * area * sheet.triangle_viscosity.numpy()[triangle]
-    parts["beside"] = np.divide(law[:, 0, 1], law[:, 0, 0], out=np.zeros(len(law)), where=law[:, 0, 0] > 0.0)
-    parts["single"] = 0.5 * area * (law[:, 0, 0] - parts["beside"] * law[:, 0, 1])
+    mean = np.sqrt(law[:, 0, 0] * law[:, 1, 1])
+    square = np.divide(mean, law[:, 1, 1], out=np.ones(len(law)), where=mean > 0.0)  # g^2
+    parts["lean"] = np.sqrt(square)
+    parts["beside"] = np.divide(law[:, 0, 1], mean, out=np.zeros(len(law)), where=mean > 0.0)
+    parts["single"] = 0.5 * area * (mean - parts["beside"] * law[:, 0, 1]) / square
     return wp.array(parts, dtype=Part)
 
 

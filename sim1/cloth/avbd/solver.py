@@ -7,14 +7,14 @@ import warp as wp
 from newton.solvers import SolverBase
 
 from sim1.cloth.avbd import advance, solids, sweep
-from sim1.cloth.avbd.blocks import Blocks, blocks_of
-from sim1.cloth.avbd.buffers import new_guard, new_iterate, new_touches, packed
+from sim1.cloth.avbd.blocks import blocks_of
+from sim1.cloth.avbd.buffers import Arguments, new_guard, new_iterate, new_touches
 from sim1.cloth.avbd.curving import Curving
-from sim1.cloth.avbd.iterate import Iterate, StepNumbers
+from sim1.cloth.avbd.iterate import StepNumbers
 from sim1.cloth.avbd.parameters import AVBDConfig
 from sim1.cloth.avbd.search import LayerSearch
-from sim1.cloth.avbd.sheet import Sheet, sheet_of
-from sim1.cloth.avbd.touch import Guard, Touches
+from sim1.cloth.avbd.sheet import sheet_of
+from sim1.cloth.avbd.threads import warp_of
 
 if TYPE_CHECKING:
     from sim1.cloth.effects import Effect
@@ -27,18 +27,6 @@ class Broken:
     vertex: int
     term: str  # inertia, effects, membrane, bending, strain limit, solid contact, self-contact; "their sum"
     step: int  # counted by the solver since it was made, or by the replays of a captured graph
-
-
-@dataclass(frozen=True, kw_only=True)
-class Arguments:
-    """The solver's structs as kernels take them."""
-
-    sheet: wp.array
-    blocks: wp.array
-    now: wp.array
-    solids: wp.array
-    layers: wp.array
-    guard: wp.array
 
 
 class SolverAVBD(SolverBase):
@@ -54,12 +42,13 @@ class SolverAVBD(SolverBase):
     Args:
         model: finalized newton model with triangles, without springs and tetrahedra.
         config: numbers; the default is the paper's preset.
-        effects: physics beyond the plain model, acting in every step.
+        effects: physics beyond the plain model, acting in every step; the order in which they are given says nothing.
         table: number of the shape that is the table; effects of a table act on it alone.
         moves_bodies: integrate dynamic bodies too.
 
     Raises:
-        ValueError: the model's vertices have no colours, or an effect of a table is given and no table.
+        ValueError: the model's vertices have no colours, an effect of a table is given and no table, or effects that ask for
+            different warp directions.
     """
 
     def __init__(
@@ -72,8 +61,9 @@ class SolverAVBD(SolverBase):
         moves_bodies: bool = False,
     ) -> None:
         super().__init__(model)
-        self.config, self.effects, self.moves_bodies = config or AVBDConfig(), effects, moves_bodies
-        self.table = table
+        self.config, self.moves_bodies = config or AVBDConfig(), moves_bodies
+        self.effects = tuple(sorted(effects, key=lambda effect: (-effect.rank, effect.name)))
+        self.table, self.warp = table, warp_of(effects)
         lost = [effect.name for effect in effects if effect.on_table and table is None]
         if lost:
             raise ValueError(f"{' and '.join(lost)} act on a table; say which shape it is (table=)")
@@ -129,7 +119,7 @@ class SolverAVBD(SolverBase):
                 inputs=[sheet, now, self.second_order, dt, 1.0 + config.max_strain, config.regularization, *decays],
             )
             if self.curving is not None:
-                self.curving.look(self.sheet, self.now)
+                self.curving.look(self.sheet, self.now, dt)
             for effect in self.effects:
                 effect.push(self, dt)
             wp.launch(
@@ -210,13 +200,15 @@ class SolverAVBD(SolverBase):
         To be asked in `shape`, before the stiffness of hinges is changed there.
         """
         if self.curving is None:
-            self.curving = Curving.of(self.sheet, self.model.particle_q.numpy())
+            self.curving = Curving.of(self.sheet, self.hinge_corners_m, self.warp)
         self.memory[effect] = [wp.zeros(self.model.particle_count, dtype=wp.vec3) for _ in range(tensors)]
         return self.curving
 
     def _read_model(self) -> None:
         self.sheet = sheet_of(self.model, self.config.compression_share)
-        self.table_friction = 0.0 if self.table is None else float(self.model.shape_material_mu.numpy()[self.table])
+        self.hinge_corners_m = self.model.particle_q.numpy()[self.sheet.hinge.numpy()].astype(
+            float
+        )  # (h, 4, 3), at rest
         self.curving = None
         for effect in self.effects:
             effect.shape(self)
@@ -228,14 +220,7 @@ class SolverAVBD(SolverBase):
         self._colours = [*self.model.particle_color_groups, *(wp.array(ids, dtype=wp.int32) for ids in coarse)]
 
     def _pack(self) -> None:
-        self._args = Arguments(
-            sheet=packed(self.sheet, Sheet),
-            blocks=packed(self._blocks, Blocks),
-            now=packed(self.now, Iterate),
-            solids=packed(self.solids, Touches),
-            layers=packed(self._layers, Touches),
-            guard=packed(self._guard, Guard),
-        )
+        self._args = Arguments.of(self.sheet, self._blocks, self.now, self.solids, self._layers, self._guard)
 
     def _numbers(self, dt: float) -> StepNumbers:
         config = self.config

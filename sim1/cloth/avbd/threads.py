@@ -1,16 +1,36 @@
 """Thread directions of a sheet: warp and weft as the material axes of its triangles."""
 
 import math
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import warp as wp
 
 from sim1.cloth.avbd.sheet import Sheet
 
-WARP = (1.0, 0.0, 0.0)  # at rest, projected on each face; weft lies a quarter turn further about the face's normal
+type Direction = tuple[float, float, float]
+
+WARP: Direction = (
+    1.0,
+    0.0,
+    0.0,
+)  # at rest, projected on each face; weft lies a quarter turn further about the face's normal
 
 
-def align(sheet: Sheet, rest_m: np.ndarray, warp: tuple[float, float, float] = WARP) -> None:
+def warp_of(effects: Iterable[Any]) -> Direction:
+    """The one warp direction of a cloth: what an effect asks for, else `WARP`.
+
+    Raises:
+        ValueError: two effects ask for different ones.
+    """
+    asked = {tuple(effect.warp) for effect in effects if effect.warp is not None}
+    if len(asked) > 1:
+        raise ValueError(f"a cloth has one warp direction, effects ask for {sorted(asked)}")
+    return next(iter(asked), WARP)
+
+
+def align(sheet: Sheet, rest_m: np.ndarray, warp: Direction) -> None:
     """Turn the material axes of every triangle so that the first is the warp; what the sheet does stays the same.
 
     Raises:
@@ -48,13 +68,13 @@ def turned(law: np.ndarray, angle: float) -> np.ndarray:
     return turn.T @ law @ turn
 
 
-def answers_of(hinge: np.ndarray, rest_m: np.ndarray) -> np.ndarray:
-    """Angles (h, 3) [rad m] of hinges (h, 4) by curvature of the sheet along warp, along weft, and twist.
+def answers_of(corners_m: np.ndarray, warp: Direction) -> np.ndarray:
+    """Angles (h, 3) [rad m] of hinges by curvature of the sheet along warp, along weft, and twist; corners (h, 4, 3) at rest.
 
     The four corners are lifted off the plane of the hinge along its normal by k_u u^2 / 2 + k_v v^2 / 2 + k_uv u v, positive
     towards the normal u x v.
     """
-    a, b, c, d = (rest_m[hinge[:, i]].astype(float) for i in range(4))
+    a, b, c, d = corners_m.swapaxes(0, 1)
     edge = d - c
     first, second = np.cross(c - a, d - a), np.cross(d - b, c - b)
     squares = [np.maximum((n * n).sum(axis=1), 1e-20) for n in (first, second)]
@@ -64,8 +84,8 @@ def answers_of(hinge: np.ndarray, rest_m: np.ndarray) -> np.ndarray:
     )  # along the normals, as in `elastic.bend`
     ta, tb = (((p - c) * edge).sum(axis=1) / length_sq for p in (a, b))
     at_c, at_d = -(1.0 - ta) * at_a - (1.0 - tb) * at_b, -ta * at_a - tb * at_b
-    along, across = _axes(first + second)
-    angle = np.zeros((len(hinge), 3))
+    along, across = _axes(first + second, warp)
+    angle = np.zeros((len(corners_m), 3))
     for slope, point in zip((at_a, at_b, at_c, at_d), (a, b, c, d), strict=True):
         away = point - 0.5 * (c + d)
         u, v = (away * along).sum(axis=1), (away * across).sum(axis=1)
@@ -73,28 +93,44 @@ def answers_of(hinge: np.ndarray, rest_m: np.ndarray) -> np.ndarray:
     return angle
 
 
-def spans_of(hinge: np.ndarray, rest_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def spans_of(corners_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Length (h,) [m] of hinges, and width (h,) [m] over which they turn: bent about it by k, a sheet has the angle k width."""
-    a, b, c, d = (rest_m[hinge[:, i]].astype(float) for i in range(4))
+    a, b, c, d = corners_m.swapaxes(0, 1)
     length = np.maximum(np.linalg.norm(d - c, axis=1), 1e-12)
     areas = [0.5 * np.linalg.norm(np.cross(c - p, d - p), axis=1) for p in (a, b)]
     return length, (areas[0] + areas[1]) / length
 
 
-def across_of(hinge: np.ndarray, rest_m: np.ndarray) -> np.ndarray:
+def across_of(corners_m: np.ndarray, warp: Direction) -> np.ndarray:
     """Direction (h, 2) across each hinge in the plane, in warp and weft."""
-    a, b, c, d = (rest_m[hinge[:, i]].astype(float) for i in range(4))
-    normal = np.cross(c - a, d - a) + np.cross(d - b, c - b)
-    along, weft = _axes(normal)
+    _a, _b, c, d = corners_m.swapaxes(0, 1)
+    normal = _normals(corners_m)
+    along, weft = _axes(normal, warp)
     n = np.cross(normal, d - c)
     n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-20)
     return np.stack([(n * along).sum(axis=1), (n * weft).sum(axis=1)], axis=1)
 
 
-def _axes(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def stretched(corners_m: np.ndarray, factors: tuple[float, float], warp: Direction) -> np.ndarray:
+    """Corners of hinges (h, 4, 3) where the sheet is longer by these factors along warp and weft."""
+    middle = corners_m.mean(axis=1, keepdims=True)
+    moved = corners_m
+    for axis, factor in zip(_axes(_normals(corners_m), warp), factors, strict=True):
+        moved = moved + (factor - 1.0) * ((corners_m - middle) @ axis[:, :, None]) * axis[:, None, :]
+    return moved
+
+
+def _normals(corners_m: np.ndarray) -> np.ndarray:
+    """Twice the areas of the faces of hinges along their normals, (h, 3)."""
+    a, b, c, d = corners_m.swapaxes(0, 1)
+    return np.cross(c - a, d - a) + np.cross(d - b, c - b)
+
+
+def _axes(normal: np.ndarray, warp: Direction) -> tuple[np.ndarray, np.ndarray]:
     """Unit warp and weft (h, 3) in planes of these normals."""
     normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-20)
-    along = np.array(WARP) - (normal @ np.array(WARP))[:, None] * normal
+    unit = np.array(warp) / np.linalg.norm(warp)
+    along = unit - (normal @ unit)[:, None] * normal
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-20)
     return along, np.cross(normal, along)
 

@@ -55,7 +55,10 @@ class Adhesion(Effect):
 
 @wp.kernel(enable_backward=False)
 def cling(sheet: Sheet, now: Iterate, solids: Touches, table: int, pressure: float, reach: float):
-    """Attraction of each corner's third of a face by the gap that the step begins with."""
+    """Attraction of each corner's third of a face by the gap that the step begins with.
+
+    By the vertex's own contact: those of edges and faces, where they are looked for, tell of the same third again.
+    """
     t = wp.tid()
     corner = sheet.triangle[t]
     third = sheet.triangle_area[t] / 3.0
@@ -64,7 +67,7 @@ def cling(sheet: Sheet, now: Iterate, solids: Touches, table: int, pressure: flo
         node = int(solids.head[v])
         while node >= 0:
             record = node / 4
-            if solids.shape[record] == table:
+            if solids.shape[record] == table and solids.vertex[record][1] < 0:
                 normal = solids.normal[record]
                 gap = wp.dot(normal, now.start[v]) - solids.offset[record]
                 left = wp.clamp(1.0 - gap / reach, 0.0, 1.0)

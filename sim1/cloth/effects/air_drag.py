@@ -39,12 +39,7 @@ class AirDrag(Effect):
     c_tangential: float = 0.0  # 1
     air_density_kg_m3: float = AIR_DENSITY_KG_M3
 
-    def __post_init__(self) -> None:
-        """Refuse what cannot be meant."""
-        for name in ("c_normal", "c_tangential", "air_density_kg_m3"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must be finite and at least 0 (got {value})")
+    limits: ClassVar[dict[str, tuple[float, float]]] = {"air_density_kg_m3": (0.0, math.inf)}
 
     @classmethod
     def alter(cls, world: World, values: dict[str, float]) -> World:

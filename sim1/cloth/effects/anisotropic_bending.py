@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+import numpy as np
 import warp as wp
 
 from sim1.cloth.avbd.threads import across_of
@@ -31,29 +32,45 @@ class AnisotropicBending(Effect):
         return replace(world, bending_ratio=values["ratio_warp_weft"])
 
     def shape(self, solver: Any) -> None:
-        """Hinges get the rigidity of their direction; what that leaves of the tensor acts in `push`."""
-        curving = solver.curves(self.name, tensors=1)
-        across = across_of(solver.sheet.hinge.numpy(), solver.model.particle_q.numpy()) ** 2
+        """Hinges get about the stiffness of their direction and its damping; what that leaves of the tensor acts in `push`.
+
+        The tensor's energy 1/2 kappa Q kappa becomes 1/2 kappa R Q R kappa, R = diag(r^(1/4), r^(-1/4), 1): positive for
+        every ratio and mesh, and as Q otherwise, whatever coupling of warp and weft the hinges have.
+        """
+        curving, sheet = solver.curves(self.name, tensors=1), solver.sheet
+        stiffness = curving.stiffness.numpy()
+        turn = np.diag([self.ratio_warp_weft**0.25, self.ratio_warp_weft**-0.25, 1.0])
+        change = turn @ curving.law @ turn - curving.law
+        curving.turns[self.name] = wp.array((curving.ease @ change).astype(np.float32), dtype=wp.mat33)
+        across = across_of(solver.hinge_corners_m, solver.warp) ** 2
         root = self.ratio_warp_weft**0.5
         factor = root * across[:, 0] ** 2 + across[:, 1] ** 2 / root + 2.0 * across[:, 0] * across[:, 1]
-        curving.stiffen(solver.sheet, self.name, (factor - 1.0) * curving.rigidity.numpy())
+        curving.stiffen(sheet, self.name, np.maximum(factor * stiffness, curving.late(sheet, change)) - stiffness)
+        sheet.hinge_damping.assign(
+            sheet.hinge_damping.numpy() + curving.time.numpy() * curving.extra[self.name].numpy()
+        )
 
     def push(self, solver: Any, dt: float) -> None:
-        """What both directions resist more or less than the isotropic plate."""
+        """What both directions resist more or less than the isotropic plate, of what folds have not kept."""
         del dt
-        (moment,) = solver.memory[self.name]
-        root = self.ratio_warp_weft**0.5
+        (felt,) = solver.memory[self.name]
+        curving = solver.curving
         wp.launch(
             differ,
-            dim=len(moment),
-            inputs=[solver.curving.curvature, root - 1.0, 1.0 / root - 1.0, moment],
-            device=moment.device,
+            dim=len(felt),
+            inputs=[curving.damped_curvature, curving.kept, curving.turns[self.name], felt],
+            device=felt.device,
         )
-        solver.curving.answer(solver.sheet, solver.now, self.name, moment, solver.curving.rigidity)
+        curving.answer(solver.sheet, felt, curving.stiffness, curving.extra[self.name], curving.damped_angle)
 
 
 @wp.kernel(enable_backward=False)
-def differ(curvature: wp.array(dtype=wp.vec3), along: float, across: float, moment: wp.array(dtype=wp.vec3)):
-    """Moment over rigidity that an orthotropic plate has beyond an isotropic one."""
+def differ(
+    curvature: wp.array(dtype=wp.vec3),
+    kept: wp.array(dtype=wp.vec3),
+    turn: wp.array(dtype=wp.mat33),
+    felt: wp.array(dtype=wp.vec3),
+):
+    """Curvature that an isotropic plate would resist as an orthotropic one does beyond it."""
     v = wp.tid()
-    moment[v] = wp.vec3(along * curvature[v][0], across * curvature[v][1], 0.0)
+    felt[v] = turn[v] * (curvature[v] - kept[v])

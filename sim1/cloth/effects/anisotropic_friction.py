@@ -1,5 +1,6 @@
 """Table friction depends on the direction."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -23,6 +24,8 @@ class AnisotropicFriction(Effect):
         Coefficient(name="ratio", unit="1", scale=0.5, kind="log", centre=1.0, low=0.02, high=50.0),
     )
 
+    limits: ClassVar[dict[str, tuple[float, float]]] = {"mu_x": (0.0, math.inf), "mu_y": (0.0, math.inf)}
+
     mu_x: float  # 1
     mu_y: float  # 1
 
@@ -32,22 +35,18 @@ class AnisotropicFriction(Effect):
         return replace(world, friction_ratio=values["ratio"])
 
     def push(self, solver: Any, dt: float) -> None:
-        """Other friction along either axis of the table, whatever its mean was."""
+        """Other friction along either axis of the table, whatever the table's own is."""
         del dt
         mean = 0.5 * (self.mu_x + self.mu_y)
         wp.launch(
             lean,
             dim=solver.solids.capacity,
-            inputs=[
-                solver.solids,
-                solver.table,
-                mean / max(solver.table_friction, 1e-9),
-                0.5 * (self.mu_x - self.mu_y) / max(mean, 1e-9),
-            ],
+            inputs=[solver.solids, solver.table, mean, 0.5 * (self.mu_x - self.mu_y) / max(mean, 1e-9)],
             device=solver.model.device,
         )
 
     on_table: ClassVar[bool] = True
+    rank: ClassVar[int] = 1  # sticking multiplies what slides
 
     @classmethod
     def published(cls, world: World, values: dict[str, float]) -> dict[str, float]:
@@ -67,9 +66,9 @@ class AnisotropicFriction(Effect):
 
 
 @wp.kernel(enable_backward=False)
-def lean(solids: Touches, table: int, factor: float, skew: float):
+def lean(solids: Touches, table: int, mean: float, skew: float):
     """Mean friction of each contact with the table, and how much more it is along x than along y."""
     c = wp.tid()
     if solids.shape[c] == table:
-        solids.friction[c] = factor * solids.friction[c]
+        solids.friction[c] = mean
         solids.skew[c] = skew

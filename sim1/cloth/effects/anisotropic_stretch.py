@@ -26,14 +26,17 @@ class AnisotropicStretch(Effect):
     )
 
     ratio_warp_weft: float  # 1
-    warp: tuple[float, float, float] = WARP  # direction of the warp threads at rest, projected on each face
+    warp: tuple[float, float, float] = WARP  # direction of the warp threads at rest, for all effects
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be meant."""
-        if not (math.isfinite(self.ratio_warp_weft) and self.ratio_warp_weft > 0.0):
-            raise ValueError(f"ratio_warp_weft must be finite and above 0 (got {self.ratio_warp_weft})")
-        if not np.linalg.norm(self.warp) > 0.0:
-            raise ValueError(f"warp must have a length (got {self.warp})")
+        """Refuse what cannot be meant.
+
+        Raises:
+            ValueError: as every effect, or a warp direction without a length.
+        """
+        super().__post_init__()
+        if len(self.warp) != 3 or not np.linalg.norm(self.warp) > 0.0:
+            raise ValueError(f"{self.name}: warp is {self.warp!r}, must be a direction in space")
 
     @classmethod
     def alter(cls, world: World, values: dict[str, float]) -> World:
@@ -43,7 +46,7 @@ class AnisotropicStretch(Effect):
     def shape(self, solver: Any) -> None:
         """Replace the isotropic law of every triangle."""
         sheet = solver.sheet
-        align(sheet, solver.model.particle_q.numpy(), self.warp)
+        align(sheet, solver.model.particle_q.numpy(), solver.warp)
         law = np.stack([orthotropic(c, self.ratio_warp_weft) for c in sheet.triangle_law.numpy().astype(float)])
         sheet.triangle_law.assign(law.astype(np.float32))
 

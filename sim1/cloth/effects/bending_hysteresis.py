@@ -37,20 +37,22 @@ class BendingHysteresis(Effect):
 
     def shape(self, solver: Any) -> None:
         """Memory: curvature as it was, and as the friction feels it; hinges get the stiffness of friction that sticks."""
-        curving = solver.curves(self.name, tensors=3)
-        curving.stiffen(solver.sheet, self.name, self.moment / self.slip_curvature)
+        curving = solver.curves(self.name, tensors=2)
+        curving.stiffen(solver.sheet, self.name, self.moment / self.slip_curvature * curving.firmness)
 
     def push(self, solver: Any, dt: float) -> None:
         """Friction as the step begins; within the step it sticks."""
         del dt
-        before, felt, moment = solver.memory[self.name]
+        before, felt = solver.memory[self.name]
+        curving = solver.curving
         wp.launch(
             rub,
             dim=len(before),
-            inputs=[solver.curving.curvature, before, felt, moment, self.slip_curvature, self.moment],
+            inputs=[curving.curvature, before, felt, self.slip_curvature],
             device=before.device,
         )
-        solver.curving.answer(solver.sheet, solver.now, self.name, moment, solver.curving.one)
+        extra = curving.extra[self.name]
+        curving.answer(solver.sheet, felt, extra, extra, curving.angle)
 
     @classmethod
     def variants(cls, site: Site) -> list[dict[str, float]]:
@@ -64,14 +66,11 @@ def rub(
     curvature: wp.array(dtype=wp.vec3),
     before: wp.array(dtype=wp.vec3),
     felt: wp.array(dtype=wp.vec3),
-    moment: wp.array(dtype=wp.vec3),
     slip_curvature: float,
-    most: float,
 ):
-    """Dahl's z times the slip curvature, carried over a step, for each part of the curvature; and its moment."""
+    """Dahl's z times the slip curvature, carried over a step, for each part of the curvature."""
     v = wp.tid()
     for k in range(3):
         change = curvature[v][k] - before[v][k]
         felt[v][k] = (felt[v][k] + change) / (1.0 + wp.abs(change) / slip_curvature)
     before[v] = curvature[v]
-    moment[v] = most / slip_curvature * felt[v]

@@ -1,6 +1,8 @@
 """What an effect is to the solver and to the search for missing physics."""
 
+import math
 from dataclasses import dataclass, fields
+from numbers import Real
 from typing import Any, ClassVar
 
 import numpy as np
@@ -44,10 +46,29 @@ class Effect:
     source: ClassVar[str]  # of the formula
     typical: ClassVar[str]  # range that is met
     coefficients: ClassVar[tuple[Coefficient, ...]]  # what a search varies; the strengths first
+    limits: ClassVar[dict[str, tuple[float, float]]] = {}  # of parameters that are no coefficients
     on_table: ClassVar[bool] = False  # acts through the table alone
     afar: ClassVar[tuple[dict[str, float], ...]] = ()  # coefficients far from nothing, from which it is sought as well
     widens: ClassVar[str | None] = None  # name of the effect that this one is where its shapes are 0
     measured: ClassVar[bool] = False  # belongs to the rig or to the cameras, not to the cloth
+    rank: ClassVar[int] = 0  # shapes and pushes before those of lower rank, which build on what it leaves
+    warp: ClassVar[tuple[float, float, float] | None] = None  # direction of the warp threads at rest, where it says so
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be meant, or would divide by nothing.
+
+        Raises:
+            ValueError: a parameter that is not finite, or outside of the limits of its coefficient.
+        """
+        limits = {c.name: (c.low, c.high) for c in self.coefficients} | self.limits
+        for field in fields(self):
+            value = getattr(self, field.name)
+            low, high = limits.get(field.name, (-math.inf, math.inf))
+            numbers = value if isinstance(value, (tuple, list)) else (value,)
+            if not all(isinstance(n, Real) and math.isfinite(n) and low <= n <= high for n in numbers):
+                raise ValueError(
+                    f"{self.name}: {field.name} is {value!r}, must be finite and between {low:g} and {high:g}"
+                )
 
     @classmethod
     def alter(cls, world: World, values: dict[str, float]) -> World:
@@ -76,10 +97,14 @@ class Effect:
         return self.alter(world, {c.name: getattr(self, c.name) for c in self.coefficients})
 
     def shape(self, solver: Any) -> None:
-        """Change the arrays of `solver.sheet`, once, when the solver is made or the model changed."""
+        """Change the arrays of `solver.sheet`, once, when the solver is made or the model changed; by falling `rank`."""
 
     def push(self, solver: Any, dt: float) -> None:
-        """Add to `solver.now.force` and `solver.now.slope`, in every step, before the sweeps."""
+        """Act on a step before its sweeps; by falling `rank`.
+
+        On vertices by adding to `solver.now.force` and `solver.now.slope`, on hinges by `solver.curving.answer`, which shifts
+        `solver.sheet.hinge_angle` for the step, on contacts by changing `solver.solids.friction` and `solver.solids.skew`.
+        """
 
 
 def effect_of(entry: dict[str, Any], known: dict[str, type[Effect]]) -> Effect:
@@ -100,5 +125,7 @@ def effect_of(entry: dict[str, Any], known: dict[str, type[Effect]]) -> Effect:
         )
     try:
         return kind(**given)
-    except (TypeError, ValueError) as error:
+    except TypeError as error:
         raise BadInput(f"effects: {name}: {error}") from error
+    except ValueError as error:
+        raise BadInput(f"effects: {error}") from error

@@ -1,5 +1,6 @@
 """The grip yields elastically."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -19,6 +20,8 @@ class GripCompliance(Effect):
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="compliance", unit="m/N", scale=2e-3, low=0.0, twin_z=1e-6),
     )
+
+    limits: ClassVar[dict[str, tuple[float, float]]] = {"stiffness": (1e-6, math.inf)}
 
     stiffness: float  # N/m, of a grip as a whole
 
@@ -40,6 +43,6 @@ class GripCompliance(Effect):
 
     def act(self, world: World) -> World:
         """The world with such a grip."""
-        return replace(world, compliance_m_n=1.0 / max(self.stiffness, 1e-6))
+        return replace(world, compliance_m_n=1.0 / self.stiffness)
 
     measured: ClassVar[bool] = True

@@ -34,21 +34,25 @@ class PlasticCrease(Effect):
         return replace(world, yield_1_m=values["yield_curvature"], retained=values["retained"])
 
     def shape(self, solver: Any) -> None:
-        """Memory: curvature that is kept, all that ever yielded, and the moment of what is kept."""
-        solver.curves(self.name, tensors=3).stiffen(solver.sheet, self.name, 0.0)
+        """Memory: curvature that is kept, all that ever yielded, and how the sheet resists what is kept."""
+        curving = solver.curves(self.name, tensors=2)
+        solver.memory[self.name].insert(0, curving.kept)
 
     def push(self, solver: Any, dt: float) -> None:
         """What is beyond yield as the step begins becomes curvature at rest, in part."""
         del dt
-        kept, yielded, moment = solver.memory[self.name]
+        kept, yielded, back = solver.memory[self.name]
+        curving = solver.curving
         if self.retained > 0.0:
             wp.launch(
                 fold,
                 dim=len(kept),
-                inputs=[solver.curving.curvature, kept, yielded, moment, self.yield_curvature, self.retained],
+                inputs=[curving.curvature, kept, yielded, back, self.yield_curvature, self.retained],
                 device=kept.device,
             )
-            solver.curving.answer(solver.sheet, solver.now, self.name, moment, solver.curving.rigidity)
+            curving.answer(solver.sheet, back, curving.stiffness, curving.none, curving.angle)
+
+    rank: ClassVar[int] = 1  # what folds keep, other physics of bending does not resist
 
     @classmethod
     def variants(cls, site: Site) -> list[dict[str, float]]:
@@ -61,7 +65,7 @@ def fold(
     curvature: wp.array(dtype=wp.vec3),
     kept: wp.array(dtype=wp.vec3),
     yielded: wp.array(dtype=wp.vec3),
-    moment: wp.array(dtype=wp.vec3),
+    back: wp.array(dtype=wp.vec3),
     limit: float,
     retained: float,
 ):
@@ -73,4 +77,4 @@ def fold(
         if beyond > 0.0:
             kept[v][k] = kept[v][k] + wp.sign(elastic) * retained * beyond
             yielded[v][k] = yielded[v][k] + retained * beyond
-    moment[v] = -kept[v]
+    back[v] = -kept[v]

@@ -35,5 +35,5 @@ class RestCurvature(Effect):
     def shape(self, solver: Any) -> None:
         """Other angles at rest."""
         sheet = solver.sheet
-        curl = answers_of(sheet.hinge.numpy(), solver.model.particle_q.numpy()) @ [self.kappa_u, self.kappa_v, 0.0]
+        curl = answers_of(solver.hinge_corners_m, solver.warp) @ [self.kappa_u, self.kappa_v, 0.0]
         sheet.hinge_angle.assign(sheet.hinge_angle.numpy() + curl.astype(np.float32))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from sim1.cloth.avbd.threads import align, resized
+from sim1.cloth.avbd.threads import align, resized, stretched
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.effects.effect import Effect
 from sim1.cloth.precise.world import World
@@ -32,5 +32,9 @@ class Shrinkage(Effect):
 
     def shape(self, solver: Any) -> None:
         """Another size at rest; what was scanned is strained by the difference."""
-        align(solver.sheet, solver.model.particle_q.numpy())
-        resized(solver.sheet, (self.scale_u, self.scale_v))
+        factors = (self.scale_u, self.scale_v)
+        align(solver.sheet, solver.model.particle_q.numpy(), solver.warp)
+        resized(solver.sheet, factors)
+        solver.hinge_corners_m = stretched(solver.hinge_corners_m, factors, solver.warp)
+
+    rank: ClassVar[int] = 2  # what others make of the sheet, they make of it at its size at rest

@@ -28,5 +28,5 @@ class StrainStiffening(Effect):
 
     def shape(self, solver: Any) -> None:
         """Let the modulus along warp and weft grow; see `sim1.cloth.avbd.elastic.membrane`."""
-        align(solver.sheet, solver.model.particle_q.numpy())
+        align(solver.sheet, solver.model.particle_q.numpy(), solver.warp)
         solver.sheet.growth = self.growth
