@@ -11,7 +11,7 @@ from sim1.cloth.precise.memory import remember, settle, slip, targets_at, target
 from sim1.cloth.precise.newton import net_width, newton
 from sim1.cloth.precise.twins import answers, keep_near, matrix, solved
 
-SLIDING_M_S = 3e-4  # friction is regularised below this speed: at 1 mm/s what creeps so slowly is taken for sticking friction
+SLIDING_M_S = 3e-4  # friction is regularised below this speed: what creeps must not look like sticking friction
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
