@@ -107,7 +107,7 @@ def test_the_checkpoint_carries_the_normalisation_of_the_training_part(made, wor
     parts = split_clips(world.inputs["dataset"][""], CONFIG.test_share, CONFIG.seed)
     (kept,) = (made[0] / "policy").glob("policy_preprocessor_*normalizer*.safetensors")
     statistics = load_file(kept)
-    assert not any("environment" in name for name in statistics)
+    assert not any("keypoints" in name for name in statistics)
     for name, column in (("observation.state", "state"), ("action", "action")):
         values = np.concatenate([getattr(clip.trajectory, column) for clip in parts.train])
         np.testing.assert_allclose(statistics[f"{name}.mean"], values.mean(axis=0), atol=1e-6)
@@ -117,7 +117,7 @@ def test_the_page_says_what_stands_in_for_reality_and_that_nothing_drove(made):
     page = (made[0] / "report.html").read_text()
     for words in ("scripted expert", "no robot was used", "Nothing here is a success rate", "A very small ACT"):
         assert words in page
-    assert "nan" not in page
+    assert all("nan" not in part.partition('"')[2] for part in f'"{page}'.split("base64,"))  # a picture may spell it
 
 
 def test_no_path_of_this_machine_is_in_the_artifact(made, world):
