@@ -45,7 +45,7 @@ def threshold_for(score: np.ndarray, success: np.ndarray, precision: float) -> f
     It lies half-way between the lowest score that it accepts and the next lower one.
     """
     levels = np.sort(np.unique(score))
-    for level, below in zip(levels, [0.0, *levels[:-1]], strict=True):
+    for level, below in zip(levels, np.append(0.0, levels)[:-1], strict=True):
         found = outcome(score, success, level)
         if found.accepted_success and found.accepted_success / found.accepted >= precision:
             return float(level + below) / 2

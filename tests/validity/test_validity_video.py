@@ -129,6 +129,7 @@ def test_the_threshold_has_the_wanted_precision_at_the_most_recall():
 
 def test_no_threshold_is_better_than_an_unsupported_one():
     assert threshold_for(np.array([0.9, 0.1]), np.array([False, True]), 0.9) is None
+    assert threshold_for(np.empty(0), np.empty(0, bool), 0.9) is None  # nobody could be held out
 
 
 def test_figures_carry_counts_and_wilson_intervals():
