@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from motion_synthetic import HOME, a_demo, a_model
@@ -61,6 +63,68 @@ def test_two_step_tasks_keep_their_steps_in_order_and_draw_each_from_any_demonst
     drawn = [skeleton(pool, rng) for _ in range(80)]
     assert all([part.order for part in parts] == [0, 1] for parts in drawn)
     assert len({(parts[0].demo, parts[1].demo) for parts in drawn}) == 9
+
+
+class SheetThatIsPulled(RigidSheet):
+    """The sheet comes 4 cm nearer while the grippers close on it for the first time."""
+
+    SHIFT = np.array([-0.04, 0.0, 0.0])
+
+    def reset(self, garment_m, joints_rad, openness):
+        super().reset(garment_m, joints_rad, openness)
+        self.start_m = self.garment_m
+
+    def step(self, joints_rad, openness):
+        super().step(joints_rad, openness)
+        if openness.max() < 0.5:
+            self.garment_m = self.start_m + self.SHIFT
+
+
+@pytest.fixture(scope="module")
+def in_two_steps(demonstrated):
+    """Each demonstration twice over: its second step is the first one again, on a sheet that the first one pulled by 2 cm."""
+    segments, source = demonstrated
+    pool = []
+    for demo in ("0000", "0001"):
+        once = [part for part in segments if part.demo == demo]
+        for order in (0, 1):
+            for part in once:
+                shift = order * once[-1].end_frame
+                about = {
+                    "segment": len(pool),
+                    "order": order + part.order,
+                    "start_frame": part.start_frame + shift,
+                    "end_frame": part.end_frame + shift,
+                }
+                pool.append(part.__class__(**{**part.__dict__, **about}))
+    frames = max(part.end_frame for part in pool)
+    lying = np.repeat(source.home.start_m[None], frames, axis=0)
+    lying[frames // 2 :] += 0.5 * SheetThatIsPulled.SHIFT  # less than it is pulled in the attempts
+    return pool, replace(source, garment_m={"0000": lying, "0001": lying})
+
+
+def test_an_attempt_does_both_steps_in_order_and_its_interactions_come_from_any_demonstration(in_two_steps, arms):
+    made = [run(in_two_steps, arms, seed=seed) for seed in (2, 5)]
+    assert {attempt.failure for attempt in made} == {None}
+    assert all([source["order"] for source in attempt.sources] == [0, 1] for attempt in made)
+    assert any(len({source["demo"] for source in attempt.sources}) == 2 for attempt in made)
+    closings = [np.diff((attempt.episode.command_openness[:, 0] < 0.5).astype(int)) for attempt in made]
+    assert [int((closing == 1).sum()) for closing in closings] == [2] * len(made)
+
+
+def test_the_second_step_follows_the_garment_as_the_first_one_left_it(in_two_steps, arms):
+    still = Variation(radius_m=0.0, angle_rad=0.0, grasp_offset_m=0.0, settle_s=0.2)
+    made = run(in_two_steps, arms, cell=SheetThatIsPulled(), variation=still)
+    tools = arms.tool_path(made.episode.command_joints_rad, made.episode.command_openness)
+    closed = np.flatnonzero(np.diff((tools.openness[:, 0] < 0.5).astype(int)) == 1)
+    parts = {part.segment: part for part in in_two_steps[0]}
+    moved = []
+    for frame, source in zip(closed, made.sources, strict=True):
+        shown = parts[source["segment"]].path
+        first = int(np.flatnonzero(shown.openness[:, 0] < 0.5)[0])
+        moved.append(tools.position_m[frame + 1, 0] - shown.position_m[first, 0])
+    assert moved[0] == pytest.approx(np.zeros(3), abs=1e-3)
+    assert moved[1] == pytest.approx(0.5 * SheetThatIsPulled.SHIFT, abs=1e-3)
 
 
 def test_failed_demonstrations_are_no_source():

@@ -72,6 +72,27 @@ def test_the_grasp_point_is_the_vertex_at_the_finger_tips():
     assert grasp_vertices(span, openness, tool, garment, CONFIG) == (1, -1)
 
 
+def test_each_step_of_a_task_becomes_an_interaction_with_its_own_grasp():
+    """Between the steps the gripper opens wide on its way home and half for the next grasp: that touches nothing."""
+    time = np.arange(240)
+    turns = [0, 30, 36, 80, 86, 100, 110, 128, 132, 150, 156, 200, 206]
+    left = np.interp(time, turns, [0.5, 0.5, 0.0, 0.0, 0.4, 0.4, 1.0, 1.0, 0.8, 0.8, 0.0, 0.0, 0.4])
+    openness = np.stack([left, np.ones(240)], axis=1)
+    tool = np.zeros((240, 2, 3))
+    tool[:, 0, 2] = np.interp(time, [90, 100, 135, 145], [0.0, 0.2, 0.2, 0.0])
+    tool[140:, 0, 0] = 0.3
+    tool[:, 1] = [0, -0.5, 0.3]
+    garment = np.repeat(np.array([[0.305, 0.0, 0.0], [0.005, 0.0, 0.0], [0.2, 0.2, 0.0]])[None], 240, axis=0)
+    interactions = [
+        span
+        for span in cut(interacting_frames(openness, tool, garment, CONFIG).any(axis=1), CONFIG)
+        if span.kind == "interacting"
+    ]
+    assert [grasp_vertices(span, openness, tool, garment, CONFIG) for span in interactions] == [(1, -1), (0, -1)]
+    assert interactions[0].end < 110
+    assert interactions[1].start > 135
+
+
 def test_a_flickering_gripper_does_not_end_a_grasp():
     openness, tool, garment = a_grasp(contact=True)
     openness[50:60, 0] += 0.3 * (np.arange(10) % 2)  # up to 0.4, between the two thresholds

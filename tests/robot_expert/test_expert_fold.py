@@ -159,6 +159,41 @@ def test_a_task_out_of_reach_is_recorded_as_unreachable(inputs):
     assert "out of reach" in episode.about["note"]
 
 
+def test_a_second_step_grasps_where_the_first_left_the_garment_and_folds_on_its_own_line(inputs, tmp_path):
+    """The near corners lie 10 mm further in y than ideal folds put them; the line is that of the ideal fold before it."""
+    from sim1.motion.commands import Arms
+    from sim1.robot.expert import Workspace, plan_step
+    from sim1.robot.expert_task import find_keypoints, ideal_fold, read_task
+    from sim1.robot.expert_variation import PLAIN
+    from sim1.scene.description import read_scene
+
+    document = yaml.safe_load(inputs["task"]["towel"].read_text())
+    document["keypoints"] |= {"left": [0.0, 1.0], "right": [0.0, -1.0]}
+    sides = {
+        "name": "sides in",
+        "left": {"grasp": "left", "fold": {"axis": "y", "at": 0.9}},
+        "right": {"grasp": "right", "fold": {"axis": "y", "at": 0.1}},
+    }
+    document["steps"].insert(0, sides)
+    (tmp_path / "two.yaml").write_text(yaml.safe_dump(document))
+    task = read_task(tmp_path / "two.yaml")
+    arms = Arms.of_scene(read_scene(inputs["scene"]["towel"]))
+    workspace = Workspace.of((arms.arm, arms.arm), read_scene(inputs["scene"]["towel"]))
+    start = TOWEL.rest_m + np.array([0.0, 0.0, 0.002])
+    now = np.column_stack([ideal_fold(start, task, 1), start[:, 2]]) + np.array([0.0, 0.01, 0.0])
+
+    plan = plan_step(workspace, task, 1, start, now, workspace.home_rad, PLAIN)
+    tools = arms.tool_path(plan.joints_rad, plan.openness)
+    closed = np.flatnonzero(plan.openness[:, 0] < 0.01)
+    step, marks = task.steps[1], find_keypoints(start, task)
+    for side, move in enumerate((step.left, step.right)):
+        inwards = np.array(move.inset_m) * [1.0, (-1.0, 1.0)[side]]
+        grasp, laid = (tools.position_m[closed[i], side, :2] for i in (0, -1))
+        assert grasp == pytest.approx(now[marks[move.grasp], :2] + inwards, abs=0.002)
+        nearer_m = (-0.005, 0.005)[side]  # hands come together, for closing fingers draw the cloth taut
+        assert laid == pytest.approx([-grasp[0] - step.short_m, grasp[1] + nearer_m], abs=0.003)
+
+
 def test_a_full_disk_surfaces_from_the_writer_thread(artifact, inputs, tmp_path):
     from sim1.robot.session_writer import SessionWriter
     from sim1.scene.description import read_scene

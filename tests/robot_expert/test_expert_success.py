@@ -19,6 +19,18 @@ steps:
     left: {grasp: near_left, fold: {axis: x, at: 0.5}}
     right: {grasp: near_right, fold: {axis: x, at: 0.5}}
 """
+TWO_STEPS = """
+schema: sim1.task/1
+title: Sides in, then in half
+keypoints: {left: [-0.1, 1.0], right: [-0.1, -1.0], near_left: [-1.0, 0.1], near_right: [-1.0, -0.1]}
+steps:
+  - name: sides in
+    left: {grasp: left, fold: {axis: y, at: 0.75}}
+    right: {grasp: right, fold: {axis: y, at: 0.25}}
+  - name: over
+    left: {grasp: near_left, fold: {axis: x, at: 0.5}}
+    right: {grasp: near_right, fold: {axis: x, at: 0.5}}
+"""
 TOWEL = grid_towel(0.30, 0.40, 0.025)
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 
@@ -108,6 +120,34 @@ def test_a_towel_turned_over_is_told_from_one_pushed_to_the_same_place(task):
     wrong = judge(run_to(lying(), lifted(lying(), 0.1), lifted(pushed, 0.1), pushed), TOWEL.faces, flip)
     assert (right.figures["face_down_share"], wrong.figures["face_down_share"]) == pytest.approx((1.0, 0.0))
     assert (right.failure, wrong.success) == (None, False)
+
+
+@pytest.fixture
+def two_steps(tmp_path):
+    """The left and right quarter in, then the near half of what lies there over."""
+    path = tmp_path / "two.yaml"
+    path.write_text(TWO_STEPS)
+    return read_task(path)
+
+
+def test_ideal_folds_of_several_steps_follow_each_other(two_steps):
+    x, y = TOWEL.rest_m[:, 0], TOWEL.rest_m[:, 1]
+    narrow = np.where(np.abs(y) > 0.1, np.sign(y) * (0.2 - np.abs(y)), y)
+    assert ideal_fold(lying(), two_steps, 1) == pytest.approx(np.column_stack([x, narrow]))
+    assert ideal_fold(lying(), two_steps) == pytest.approx(np.column_stack([np.abs(x), narrow]))
+
+
+def test_a_task_of_two_steps_is_judged_where_the_last_one_ends(two_steps):
+    states = [lying()]
+    for count in (1, 2):
+        flat = np.column_stack([ideal_fold(lying(), two_steps, count), lying()[:, 2]])
+        states += [lifted(states[-1], 0.1), lifted(flat, 0.1), flat]
+    whole = judge(run_to(*states), TOWEL.faces, two_steps)
+    first_alone = judge(run_to(*states[:4]), TOWEL.faces, two_steps)
+    assert (whole.success, whole.failure) == (True, None)
+    assert whole.figures["area_ratio"] == pytest.approx(0.25, abs=0.03)
+    assert not first_alone.success
+    assert first_alone.figures["keypoint_error_m"] == pytest.approx(0.3, abs=0.01)
 
 
 @pytest.mark.parametrize("frame", [0, 25, -1])
