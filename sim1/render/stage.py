@@ -28,7 +28,8 @@ class RenderConfig:
     )  # of the head camera about the table's middle (paper, section 4.1)
     scanned_share: float = Field(default=0.5, ge=0.0, le=1.0)  # of appearances that keep the garment's measured texture
     device: Literal["auto", "cpu", "gpu"] = "auto"  # gpu is not deterministic to the bit
-    threads: int = Field(default=0, ge=0)  # of Cycles; 0 is one per core
+    # How many there are changes no byte of a frame, and so is no part of the recipe.
+    threads: int = Field(default=0, ge=0, exclude=True)  # of Cycles; 0 is one per core
 
 
 def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
