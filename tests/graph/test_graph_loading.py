@@ -172,13 +172,13 @@ def test_an_unknown_setting_is_refused_with_stage_and_key():
         check_configs(broken)
 
 
-def test_how_many_threads_render_is_no_part_of_the_recipe_of_frames():
+def test_how_many_processes_render_is_no_part_of_the_recipe_of_frames():
     node = load_graph(Home(REPOSITORY), "smoke").nodes["rendered_episodes"]
 
     def recorded(**settings):
         return resolved_config(type(node)(stage=node.stage, variant=None, config={**node.config, **settings}))
 
-    assert recorded(threads=2) == recorded()
+    assert recorded(workers=3, threads=2) == recorded()
     assert recorded(samples=9) != recorded()
 
 
