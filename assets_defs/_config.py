@@ -60,7 +60,10 @@ def config_of(node: Node) -> Any:
 
 
 def resolved_config(node: Node) -> dict[str, Any]:
-    """All settings of a node as JSON values, defaults included: a changed default is a changed recipe."""
+    """Settings of a node as JSON values, defaults included: a changed default is a changed recipe.
+
+    Left out is what a stage's configuration excludes, as it changes nothing that is made.
+    """
     return _adapter(node.stage.run).dump_python(config_of(node), mode="json")
 
 

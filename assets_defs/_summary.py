@@ -1,22 +1,52 @@
-"""One page for the whole run: pictures and figures of every stage, and how long each took."""
+"""One page for the whole run: what was found, then pictures and figures of every stage, and how long each took."""
 
 from pathlib import Path
 from typing import Any
 
-from assets_defs._recipe import Snapshot, label
+from assets_defs._recipe import Key, Snapshot, label
 from assets_defs._results import state, warnings
 from assets_defs._store import place
+from pipeline import Node
 from sim1.report import Picture, Section, write_report
 
 PICTURES_AT_MOST = 3  # per artifact
 
+type _Present = list[tuple[Node, Key, dict[str, Any]]]
+"""Artifacts that there are, with their records."""
+
 
 def write_summary(snapshot: Snapshot) -> Path:
     """Write `data/store/report.html` from the records of all artifacts; returns its path."""
-    sections, seconds = [], []
+    from sim1.policy.results_page import results  # takes seconds to import, and is needed at the end of a run alone
+
     home, profile = snapshot.home, snapshot.graph.profile
     present = [(node, key, record) for node, key in snapshot.artifacts() if (record := place(home, node, key).record())]
     states = {label(node, key): state(snapshot, node, key) for node, key, _ in present}
+    found = results(_base(snapshot, present), _remarks(present, states))
+    shown = {picture.path for section in found for picture in section.pictures}
+    made = _made(snapshot, present, states, shown)
+    index = f"Below, in the order of the graph: {', '.join(section.heading for section in made)}."
+    home.store.mkdir(parents=True, exist_ok=True)
+    page = home.store / "report.html"
+    part = page.with_suffix(".part")
+    write_report(
+        part,
+        title="From scan to scaling curve",
+        lead=(
+            f"{_origin(states, profile)} Garments: {', '.join(snapshot.garments)}. Shipped scans are virtual, demonstrations come from a "
+            "scripted expert, and simulation plays the part of reality: but for those that are called the paper's, no figure on this page was "
+            "measured on a real robot."
+        ),
+        sections=[*found, Section(heading="What every stage made", paragraphs=[index]), *made],
+    )
+    part.rename(page)
+    return page
+
+
+def _made(snapshot: Snapshot, present: _Present, states: dict[str, str], shown: set[Path]) -> list[Section]:
+    """A section per stage, and one of the time they took. `shown`: pictures that stand on the page already."""
+    sections, seconds = [], []
+    home, profile = snapshot.home, snapshot.graph.profile
     mixed = any(found != "fresh" for found in states.values())
     told: dict[str, list[str]] = {}
     for node, key, said in warnings(snapshot):
@@ -36,8 +66,8 @@ def write_summary(snapshot: Snapshot) -> Path:
             continue
         pictures = []
         for key, _ in records:
-            folder = place(home, node, key).final
-            for picture in sorted(folder.glob("*.png"))[:PICTURES_AT_MOST]:
+            new = [path for path in sorted(place(home, node, key).final.glob("*.png")) if path not in shown]
+            for picture in new[:PICTURES_AT_MOST]:
                 pictures.append(Picture(path=picture, caption=f"{label(node, key)}: {picture.stem.replace('_', ' ')}"))
         sections.append(
             Section(
@@ -49,27 +79,30 @@ def write_summary(snapshot: Snapshot) -> Path:
                 pictures=pictures,
             )
         )
-    sections.append(
-        Section(
-            heading="seconds per stage",
-            paragraphs=["Sum over garments of the time each artifact took when it was last made; two ran at a time."],
-            table=seconds,
-        )
+    last = Section(
+        heading="seconds per stage",
+        paragraphs=["Sum over garments of the time each artifact took when it was last made; two ran at a time."],
+        table=seconds,
     )
-    home.store.mkdir(parents=True, exist_ok=True)
-    page = home.store / "report.html"
-    part = page.with_suffix(".part")
-    write_report(
-        part,
-        title="From scan to scaling curve",
-        lead=(
-            f"{_origin(states, profile)} Garments: {', '.join(snapshot.garments)}. Shipped scans are virtual, demonstrations come from a "
-            "scripted expert, and simulation plays the part of reality: no figure on this page was measured on a real robot."
-        ),
-        sections=sections,
-    )
-    part.rename(page)
-    return page
+    return [*sections, last]
+
+
+def _base(snapshot: Snapshot, present: _Present) -> dict[str, dict[str, Path]]:
+    """Artifacts of the base graph by stage and garment; none of a stage that was not run."""
+    made: dict[str, dict[str, Path]] = {node.id: {} for node in snapshot.graph.nodes.values() if not node.variant}
+    for node, key, _ in present:
+        if not node.variant:
+            made[node.id][key or ""] = place(snapshot.home, node, key).final
+    return made
+
+
+def _remarks(present: _Present, states: dict[str, str]) -> dict[str, str]:
+    """Stage -> which of its artifacts are not what the graph makes now, and why."""
+    told: dict[str, list[str]] = {}
+    for node, key, _ in present:
+        if (state := states[label(node, key)]) != "fresh":
+            told.setdefault(node.id, []).append(f"{label(node, key)} is {state}")
+    return {stage: "; ".join(said) for stage, said in told.items()}
 
 
 def _origin(states: dict[str, str], profile: str) -> str:

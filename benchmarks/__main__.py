@@ -12,7 +12,14 @@ from rich.table import Table
 from benchmarks import band_solving, frames, lineage, remeshing, rendering
 from benchmarks.solver.__main__ import main as compare_solvers
 
-BENCHMARKS = (lineage.compare, remeshing.compare, frames.compare, rendering.compare, band_solving.compare)
+BENCHMARKS = (
+    lineage.compare,
+    remeshing.compare,
+    frames.compare,
+    rendering.compare,
+    rendering.compare_workers,
+    band_solving.compare,
+)
 
 
 def main() -> None:

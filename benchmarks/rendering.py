@@ -1,5 +1,10 @@
-"""A Blender frame of 160 x 120 at 16 samples, both arms over a towel: in furnished rooms against an empty one in even light."""
+"""Blender frames of both arms over a towel.
 
+One of 160 x 120 at 16 samples in furnished rooms against one in an empty room in even light; and many of the default size by a process
+per core with a thread each against one process with all threads.
+"""
+
+import os
 import resource
 import tempfile
 import time
@@ -11,6 +16,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from benchmarks.timing import against
 from sim1.cloth.garment import grid_towel
 from sim1.render.appearance import Appearance, Glow
 from sim1.render.blender import run_blender
@@ -24,26 +30,21 @@ from sim1.scene.environment import look_at
 from sim1.stage import random_stream
 
 DATA = Path(__file__).parents[1] / "data"
-CONFIG = RenderConfig(width=160, height=120, samples=16, device="cpu")
+CONFIG = RenderConfig(width=160, height=120, samples=16, device="cpu", workers=1)
 ROOMS = 3  # appearances that the mean is taken over
 FRAMES = 6  # of each; one costs setting up as well, the others are counted
 ROUNDS = 2
+CORES = os.process_cpu_count() or 1
+SMALL = RenderConfig(device="cpu")
+ONE, MANY = (replace(SMALL, workers=workers, threads=CORES // workers) for workers in (1, CORES))
+CLIPS = CORES + 1  # they cannot be dealt out evenly
+CLIP_FRAMES = 24
 EYE_M, FY_OVER_HEIGHT = (-0.52, 0.0, 0.92), 615.0 / 480.0  # the head camera's
 
 
 def compare() -> dict[str, Any]:
     """Least seconds a frame of both, and CPU seconds; starting Blender and setting up an appearance are not counted."""
-    looks = read_looks(DATA / "appearance")
-    rooms = [
-        draw_appearance(
-            partial(random_stream, 0, "benchmark", number),
-            looks,
-            scanned=(0.5, 0.5, 0.5),
-            scanned_share=0.0,
-            elevation_jitter_rad=0.0,
-        )
-        for number in range(ROOMS)
-    ]
+    rooms = _rooms(ROOMS)
     ways = ([_empty(look) for look in rooms], rooms)
     found = [[seconds_a_frame(way) for way in ways] for _ in range(ROUNDS)]
     (empty, empty_cpu), (furnished, furnished_cpu) = np.min(found, axis=0)
@@ -58,10 +59,37 @@ def compare() -> dict[str, Any]:
     }
 
 
+def compare_workers() -> dict[str, Any]:
+    """Both render the same clips, what it takes to start and to set up clips included."""
+    rooms = _rooms(CLIPS)
+    return against(
+        f"{CLIPS} clips of {CLIP_FRAMES} frames of {SMALL.width} x {SMALL.height} at {SMALL.samples} samples: workers "
+        f"{MANY.workers}, threads {MANY.threads}",
+        lambda: _seconds(rooms, CLIP_FRAMES, MANY),
+        f"workers {ONE.workers}, threads {ONE.threads}",
+        lambda: _seconds(rooms, CLIP_FRAMES, ONE),
+        rounds=ROUNDS,
+    )
+
+
 def seconds_a_frame(looks: list[Appearance]) -> tuple[float, float]:
     """Wall-clock and CPU seconds of one frame more."""
-    few, many = (_seconds(looks, count) for count in (1, FRAMES))
+    few, many = (_seconds(looks, count, CONFIG) for count in (1, FRAMES))
     return tuple((np.array(many) - few) / (len(looks) * (FRAMES - 1)))
+
+
+def _rooms(count: int) -> list[Appearance]:
+    looks = read_looks(DATA / "appearance")
+    return [
+        draw_appearance(
+            partial(random_stream, 0, "benchmark", number),
+            looks,
+            scanned=(0.5, 0.5, 0.5),
+            scanned_share=0.0,
+            elevation_jitter_rad=0.0,
+        )
+        for number in range(count)
+    ]
 
 
 def _empty(look: Appearance) -> Appearance:
@@ -69,10 +97,10 @@ def _empty(look: Appearance) -> Appearance:
     return replace(look, room=replace(look.room, furniture=(), glows=(even,), lamps=()))
 
 
-def _seconds(looks: list[Appearance], frame_count: int) -> tuple[float, float]:
+def _seconds(looks: list[Appearance], frame_count: int, config: RenderConfig) -> tuple[float, float]:
     with tempfile.TemporaryDirectory() as temporary:
         job = Path(temporary) / "job"
-        _write_job(job, looks, frame_count)
+        _write_job(job, looks, frame_count, config)
         began, cpu = time.perf_counter(), _cpu_seconds()
         run_blender(job, Path(temporary) / "out")
         return time.perf_counter() - began, _cpu_seconds() - cpu
@@ -83,7 +111,7 @@ def _cpu_seconds() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def _write_job(folder: Path, looks: list[Appearance], frame_count: int) -> None:
+def _write_job(folder: Path, looks: list[Appearance], frame_count: int, config: RenderConfig) -> None:
     towel = grid_towel(0.5, 0.4, 0.02)
     arm = Arm.from_urdf(DATA / "robot" / "robot.urdf")
     parts = robot_parts(arm)
@@ -104,7 +132,7 @@ def _write_job(folder: Path, looks: list[Appearance], frame_count: int) -> None:
     Job(
         folder=folder,
         texture=folder,  # no appearance shows a measured texture
-        settings={key: asdict(CONFIG)[key] for key in SETTINGS},
+        settings={key: asdict(config)[key] for key in SETTINGS},
         part_colors=[part.color for part in parts],
         fy_over_height={"head": FY_OVER_HEIGHT},
         clips=clips,

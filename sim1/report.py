@@ -1,6 +1,7 @@
 """Pages for people: one self-contained HTML file with text, tables and pictures, readable on light and dark screens."""
 
 import base64
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,7 +25,10 @@ class Section:
 
     heading: str
     paragraphs: Sequence[str] = ()
-    table: Sequence[Mapping[str, Any]] = ()  # rows; columns in order of first appearance, keys are the headings
+    table: Sequence[
+        Mapping[str, Any]
+    ] = ()  # rows; columns in order of first appearance, keys are the headings; neighbours
+    # `cost | here` and `cost | paper` stand under one heading `cost`
     pictures: Sequence[Picture | Path] = ()
 
 
@@ -57,10 +61,29 @@ def _prepare(section: Section) -> dict[str, Any]:
     return {
         "heading": section.heading,
         "paragraphs": section.paragraphs,
-        "columns": [(key.replace("_", " "), numeric[key]) for key in columns],
+        "headings": _headings(columns, numeric),
         "rows": [[(format_value(row.get(key)), numeric[key]) for key in columns] for row in section.table],
         "pictures": [(_data_uri(item.path), item.caption) for item in pictures],
     }
+
+
+def _headings(columns: Sequence[str], numeric: Mapping[str, bool]) -> list[list[dict[str, Any]]]:
+    """One line of table heads, or two where columns share a heading: name, columns and lines that it spans, whether of numbers."""
+    parts = [[word.replace("_", " ") for word in key.split(" | ", 1)] for key in columns]
+    if all(len(part) == 1 for part in parts):
+        return [
+            [{"name": part[0], "across": 1, "down": 1, "number": numeric[key]} for part, key in zip(parts, columns)]
+        ]
+    upper: list[dict[str, Any]] = []
+    for (name, shared), group in itertools.groupby(parts, key=lambda part: (part[0], len(part) == 2)):
+        across = len(list(group))
+        upper.append({"name": name, "across": across, "down": 1 if shared else 2, "number": False})
+    lower = [
+        {"name": part[1], "across": 1, "down": 1, "number": numeric[key]}
+        for part, key in zip(parts, columns)
+        if len(part) == 2
+    ]
+    return [upper, lower]
 
 
 def _data_uri(path: Path) -> str:
@@ -83,17 +106,18 @@ _PAGE = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True
 @media (prefers-color-scheme: dark) {
   :root { --ink: #e8eaed; --soft: #a3adb8; --paper: #15181c; --line: #363d45; --band: #1e2329; }
 }
-body { margin: 0 auto; max-width: 62rem; padding: 2rem 1.25rem 4rem; background: var(--paper); color: var(--ink);
+body { margin: 0 auto; max-width: 80rem; padding: 2rem 1.25rem 4rem; background: var(--paper); color: var(--ink);
   font: 16px/1.55 system-ui, sans-serif; }
 h1 { font-size: 1.8rem; line-height: 1.2; margin: 0 0 .5rem; }
 h2 { font-size: 1.2rem; margin: 2.25rem 0 .5rem; padding-top: .75rem; border-top: 1px solid var(--line); }
 p { max-width: 46rem; margin: .5rem 0; }
 .lead { font-size: 1.1rem; color: var(--soft); }
 .scroll { overflow-x: auto; margin: .75rem 0; }
-table { border-collapse: collapse; font-size: .92rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .35rem .8rem; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
+table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .35rem .55rem; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
 th { background: var(--band); font-weight: 600; }
 .number { text-align: right; }
+th[colspan] { text-align: center; }
 figure { margin: 1rem 0; }
 img { max-width: 100%; height: auto; background: #ffffff; border-radius: 4px; }
 figcaption { color: var(--soft); font-size: .9rem; }
@@ -110,8 +134,9 @@ figcaption { color: var(--soft); font-size: .9rem; }
 {% endfor %}
 {% if section.rows %}
 <div class="scroll"><table>
-<thead><tr>{% for name, number in section.columns %}<th{% if number %} class="number"{% endif %}>{{ name }}</th>\
-{% endfor %}</tr></thead>
+<thead>{% for line in section.headings %}<tr>{% for head in line %}<th{% if head.number %} class="number"{% endif %}\
+{% if head.across > 1 %} colspan="{{ head.across }}"{% endif %}{% if head.down > 1 %} rowspan="{{ head.down }}"{% endif %}>\
+{{ head.name }}</th>{% endfor %}</tr>{% endfor %}</thead>
 <tbody>
 {% for row in section.rows %}
 <tr>{% for cell, number in row %}<td{% if number %} class="number"{% endif %}>{{ cell }}</td>{% endfor %}</tr>

@@ -28,7 +28,11 @@ type Facts = dict[str, Any]
 
 @dataclass_transform(kw_only_default=True, frozen_default=True)
 def stage_config[T](cls: type[T]) -> type[T]:
-    """Make a class a stage's configuration: frozen, keyword-only, checked, unknown keys refused."""
+    """Make a class a stage's configuration: frozen, keyword-only, checked, unknown keys refused.
+
+    A setting that changes no byte of the artifact, such as how many processes make it, is no part of its recipe where its field
+    says `exclude=True`.
+    """
     config = ConfigDict(extra="forbid", strict=False)
     return pydantic.dataclasses.dataclass(frozen=True, kw_only=True, config=config)(cls)
 

@@ -40,6 +40,18 @@ def wilson_interval(success_count: int, trial_count: int, confidence: float = 0.
     return Interval(low, high)
 
 
+def difference_interval(first: tuple[int, int], second: tuple[int, int]) -> Interval:
+    """95 % interval of the first share minus the second, each given as (successes, trials); the trials are taken as independent.
+
+    Source: R. G. Newcombe, Stat. Med. 17 (1998) 873, method 10: Wilson's limits, squared and added.
+    """
+    one, other = first[0] / first[1], second[0] / second[1]
+    own, others = wilson_interval(*first), wilson_interval(*second)
+    down = ((one - own.low) ** 2 + (others.high - other) ** 2) ** 0.5
+    up = ((own.high - one) ** 2 + (other - others.low) ** 2) ** 0.5
+    return Interval(one - other - down, one - other + up)
+
+
 def bootstrap_mean_interval(
     values: Sequence[float] | np.ndarray,
     rng: np.random.Generator,

@@ -30,7 +30,7 @@ def dataset_of_generated(
 
     Raises:
         BadInput: nothing was accepted, an input or a frame is at fault, or `out/dataset` exists.
-        BlenderFailed: Blender's process could not finish.
+        BlenderFailed: a process of Blender could not finish.
     """
     final, part, rendered = (out / name for name in ("dataset", "dataset.part", "rendered"))
     if final.exists():

@@ -20,6 +20,7 @@ from sim1.motion.generation import write_tables
 from sim1.quota import Quota, Row, Ticket
 from sim1.stage import BadInput, Inputs, only
 from sim1.validity.deciding import Filters, decision, read_filters
+from sim1.validity.outcomes import outcome
 
 if TYPE_CHECKING:
     from sim1.motion.stage import CandidateTrajectoriesConfig
@@ -48,9 +49,7 @@ class Checked:
         """The attempt's row, with what the filters say of it."""
         row = self.bench.make(ticket, folder)
         said = decision(row, folder, self.filters)
-        failure = row["failure"]
-        if failure is None and not said["accepted"]:
-            failure = "rejected by rule" if said["rules_broken"] else "rejected by video"
+        failure = row["failure"] if said["accepted"] else outcome(row | said)
         names = ("rules_pass", "rules_broken", "video_score", "video_pass", "video_abstains", "accepted", "reasons")
         return row | {name: said[name] for name in names} | {"failure": failure}
 

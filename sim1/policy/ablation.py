@@ -14,13 +14,13 @@ from sim1.statistics import Interval, wilson_interval
 
 BASE = "base"
 STAGES = ("valid_trajectories", "policy")
-# Paper, table "Ablation on designs": pass rate, in-domain, spatial and average success in percent.
-PAPER_ROWS = (
-    {"Method (paper)": "Baseline", "Pass rate (%)": 0, "In-domain (%)": None, "Spatial (%)": None, "Average (%)": None},
-    {"Method (paper)": "+ trajectory decomposition", "Pass rate (%)": 65, "In-domain (%)": 0, "Spatial (%)": 0, "Average (%)": 0},
-    {"Method (paper)": "+ diffusion-based generation", "Pass rate (%)": 38, "In-domain (%)": 47, "Spatial (%)": 33, "Average (%)": 33},
-    {"Method (paper)": "+ deformation-stable solver", "Pass rate (%)": 40, "In-domain (%)": 67, "Spatial (%)": 93, "Average (%)": 76},
-)  # fmt: skip
+SCHEMA = "sim1.ablation/1"
+PAPER_METHODS = {  # variant -> the paper's method that it comes nearest to, in the order of its table
+    "slicing": "Baseline",
+    "decomposition": "+ trajectory decomposition",
+    "diffusion": "+ diffusion-based generation",
+    "calibrated": "+ deformation-stable solver",
+}
 
 
 @dataclass(frozen=True, kw_only=True)

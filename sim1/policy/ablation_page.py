@@ -1,75 +1,124 @@
 """The report of the ablation."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from sim1.policy.ablation import BASE, PAPER_ROWS, Row
+from sim1.policy import paper
+from sim1.policy.ablation import BASE, PAPER_METHODS, SCHEMA
+from sim1.policy.counting import NOT_RUN, rate, read_figures
+from sim1.policy.shift_table import OURS
 from sim1.report import Picture, Section, write_report
-from sim1.statistics import wilson_interval
 
 LEAD = (
     "What becomes of the generated motions, and of the policy trained on them, when one part of the pipeline is changed. "
     "All figures are from simulation: no robot was used."
 )
+STAND_INS = [
+    "Garment scans may be virtual (made by a depth-camera model), demonstrations come from a scripted expert instead of "
+    "a teleoperator, and the stand-in reality is a simulator too; where there are recordings of real cloth, trials are in the cell that made the data.",
+    "The paper's columns texture, lighting and viewpoint change pictures or friction; this policy sees joints and garment "
+    "keypoints alone, so pictures cannot change its result, and of texture only the friction is left.",
+]
 
 
-def write_ablation_page(out: Path, rows: Sequence[Row]) -> None:
-    """Write `report.html` beside the picture `ablation.png`."""
-    few = [row.variant for row in rows if row.trial_count < 30]
+def write_ablation_page(out: Path) -> None:
+    """Write `report.html` beside `table.json` and the picture."""
+    detail = Section(
+        heading="What each variant made itself",
+        paragraphs=[
+            "A variant re-derives only what it changes; where it changes nothing before a figure, the figure is the base's own "
+            "(column “own stages”)."
+        ],
+        table=[_detail(row) for row in read_rows(out)],
+    )
+    sections = [*result_sections(out), detail, Section(heading="What stands in for reality", paragraphs=STAND_INS)]
+    write_report(out / "report.html", "Ablation", LEAD, sections)
+
+
+def read_rows(artifact: Path) -> list[dict[str, Any]]:
+    """Records of the variants.
+
+    Raises:
+        BadInput: `table.json` is missing, damaged, or of another version.
+    """
+    return list(read_figures(artifact / "table.json", SCHEMA, "ablation_report")["rows"])
+
+
+def result_sections(artifact: Path) -> list[Section]:
+    """What was found, of an artifact of `ablation_report`.
+
+    Raises:
+        BadInput: the artifact is damaged or of another version.
+    """
+    rows = {row["variant"]: row for row in read_rows(artifact)}
+    few = [name for name, row in rows.items() if row["trial_count"] < paper.TRIALS]
     notes = [
         "Pass rate: generated candidates that the filters accepted (without the attempts that "
-        "were disturbed on purpose so that the filters see failures). Success rate: closed-loop trials, in the stand-in reality (the simulated cell with a concealed fabric, air, friction and finer steps) "
-        "of the policies trained on generated trajectories at the largest size, all seeds together; shifts as in the scaling report. "
-        "Intervals are 95 % Wilson intervals.",
-        "A variant re-derives only what it changes; where it changes nothing before a figure, the figure is the base's own "
-        "(column “own stages”).",
+        "were disturbed on purpose so that the filters see failures). Success: closed-loop trials, in the stand-in reality (the simulated cell with a concealed fabric, air, friction and finer steps) "
+        "of the policies trained on generated trajectories at the largest size, all seeds together; average: over all trials that were run; texture: friction alone. Percent, with "
+        "95 % Wilson intervals and counts.",
+        "Methods of the paper, each with what the one before it has, stand beside the variant that comes nearest; all of these are without named physics, "
+        f"which {_titled(BASE)} has.",
+        paper.MEANT,
     ]
     if few:
         notes.append(
-            f"Fewer than the paper's 30 trials stand behind the success rates of {', '.join(few)}: "
+            f"Fewer than the paper's {paper.TRIALS} trials stand behind the success of {', '.join(few)}: "
             "the intervals, not the percentages, say what is known."
         )
     if len(rows) == 1:
         notes.append("No variant was materialized: the table holds the base graph alone and compares nothing.")
-    stand_ins = [
-        "Garment scans may be virtual (made by a depth-camera model), demonstrations come from a scripted expert instead of "
-        "a teleoperator, and the stand-in reality is a simulator too; where there are recordings of real cloth, trials are in the cell that made the data.",
-        "The paper's columns texture, lighting and viewpoint change pictures or friction; this policy sees joints and garment "
-        "keypoints alone, so pictures cannot change its result, and of texture only the friction is left.",
-    ]
-    sections = [
+    order = dict.fromkeys([*PAPER_METHODS, *rows])
+    figures = list(dict.fromkeys(figure for row in rows.values() for figure in _rates(row)))
+    return [
         Section(
-            heading="Result",
+            heading="Ablation",
             paragraphs=notes,
-            table=[_shown(row) for row in rows],
-            pictures=[Picture(path=out / "ablation.png", caption="Counts stand at the right of each bar.")],
-        ),
-        Section(
-            heading="The paper's table, for comparison",
-            paragraphs=[
-                "Real robot, 30 trials per configuration, an image policy (π0.5); not the same quantity as above."
-            ],
-            table=PAPER_ROWS,
-        ),
-        Section(heading="What stands in for reality", paragraphs=stand_ins),
+            table=[_beside(variant, rows.get(variant), figures) for variant in order],
+            pictures=[Picture(path=path, caption="Counts stand at the right of each bar.")]
+            if (path := artifact / "ablation.png").exists()
+            else [],
+        )
     ]
-    write_report(out / "report.html", "Ablation", LEAD, sections)
 
 
-def _shown(row: Row) -> dict[str, object]:
+def _titled(variant: str) -> str:
+    return f"{BASE} (all parts)" if variant == BASE else variant
+
+
+def _beside(variant: str, row: Mapping[str, Any] | None, figures: Sequence[str]) -> dict[str, object]:
+    """A row in the form of the paper's table; `row` is None where the variant was not run, `figures` are those that any variant has."""
+    method = PAPER_METHODS.get(variant)
+    printed = paper.ABLATION[method] if method else {}
+    here = _rates(row) if row else {}
+    shown: dict[str, object] = {"Method | here": _titled(variant), "Method | paper": method}
+    for figure in (paper.PASS_RATE, *paper.SHIFTS, paper.AVERAGE):
+        if figure in figures:
+            shown[f"{figure.capitalize()} | here"] = here.get(figure, NOT_RUN)
+        shown[f"{figure.capitalize()} | paper"] = printed.get(figure)
+    return shown
+
+
+def _rates(row: Mapping[str, Any]) -> dict[str, str]:
+    """Pass rate, success by the paper's name of the shift where that was tried, and average."""
+    tried = {shift: row["shifts"][own] for shift, own in OURS.items() if own in row["shifts"]}
     return {
-        "Method": row.variant if row.variant != BASE else "base (all parts)",
-        "Pass rate (%)": _rate(row.accepted_count, row.candidate_count, row.pass_interval),
-        "Accepted": f"{row.accepted_count} of {row.candidate_count}",
-        "Accepted and folded": row.sound_count,
-        **{f"{name.capitalize()} (%)": _rate(some, of, wilson_interval(some, of)) for name, some, of in row.shifts},
-        "Average (%)": _rate(row.success_count, row.trial_count, row.success_interval),
-        "Succeeded": f"{row.success_count} of {row.trial_count}",
-        "Own stages": ", ".join(row.own_stages) or "none" if row.variant != BASE else "all",
+        paper.PASS_RATE: rate(row["accepted_count"], row["candidate_count"]),
+        **{shift: _of(counts) for shift, counts in tried.items()},
+        paper.AVERAGE: _of(row),
     }
 
 
-def _rate(count: int, total: int, interval: tuple[float, float]) -> str:
-    if not total:
-        return "not tried"
-    return f"{100 * count / total:.0f} ({100 * interval[0]:.0f} to {100 * interval[1]:.0f})"
+def _of(counts: Mapping[str, int]) -> str:
+    return rate(counts["success_count"], counts["trial_count"])
+
+
+def _detail(row: Mapping[str, Any]) -> dict[str, object]:
+    return {
+        "Variant": _titled(row["variant"]),
+        "Accepted": f"{row['accepted_count']} of {row['candidate_count']}",
+        "Accepted and folded": row["accepted_and_successful_count"],
+        "Succeeded": f"{row['success_count']} of {row['trial_count']}",
+        "Own stages": "all" if row["variant"] == BASE else ", ".join(row["own_stages"]) or "none",
+    }

@@ -164,7 +164,7 @@ def page_findings(artifact: Path, must_say: list[str]) -> list[Finding]:
     """`report.html` holds these words, and needs no other file."""
     page = _Page()
     page.feed((artifact / "report.html").read_text())
-    text = " ".join(page.text)
+    text = " ".join(page.text).replace("\N{NO-BREAK SPACE}", " ")
     missing = [words for words in must_say if words not in text]
     return [
         Finding(name="page_states_its_counts", passed=not missing, detail=f"not on the page: {missing or 'nothing'}"),

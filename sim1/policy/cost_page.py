@@ -1,46 +1,31 @@
 """The report of the costs."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+from sim1.policy import paper
 from sim1.policy.cost import PER_TRAJECTORY_STAGES, Prices, Production, Timings
+from sim1.policy.counting import read_figures
 from sim1.report import Section, write_report
 
+SCHEMA = "sim1.costs/1"
 LEAD = (
     "What one trajectory costs: a person at the real robot, the paper's GPU server, and this machine. The first two lines "
     "are the paper's arithmetic; a third stands there only where this project measured its seconds."
 )
+NOT_MEASURED = "This machine: not measured, because no timings were given or nothing was accepted."
 
 
-def write_cost_page(
-    out: Path, methods: Sequence[Production], prices: Prices, timings: Timings, trajectory_count: int, measured: bool
-) -> None:
-    """Write `report.html`; the first of `methods` is what the others are compared with."""
-    reference = methods[0]
-    notes = [
-        f"Paper, real collection: {prices.real_collection.labour_hours_per_day:g} h at "
-        f"${prices.real_collection.labour_usd_per_hour:g} and a ${prices.real_collection.platform_usd:g} platform over "
-        f"{prices.real_collection.platform_days:g} days make ${reference.usd_per_day:.0f} a day. The caption of the paper's table "
-        "speaks of two operators; its arithmetic has the wages of one.",
-        f"Paper, simulation: {prices.paper_simulation.gpu_count} GPUs at ${prices.paper_simulation.gpu_usd_per_hour:g} an hour, "
-        f"{prices.paper_simulation.gpu_minutes_per_trajectory:g} minutes of one GPU per trajectory.",
-    ]
-    if measured:
-        notes.append(
-            f"This machine ({prices.this_machine.description}): {trajectory_count} accepted trajectories, around the clock at the pace "
-            f"of {', '.join(PER_TRAJECTORY_STAGES)}; rejected candidates and all appearances are paid for by the accepted "
-            f"ones. Its price of ${prices.this_machine.usd_per_hour:g} an hour is an assumption in prices.yaml; short "
-            "runs include start-up times that long ones spread out. The work differs too: picture size, frame rate and number "
-            "of episodes are those of the profile, not the paper's. Training of filters and policy is not included, nor is the one-time "
-            "work listed below."
-        )
-    else:
-        notes.append("This machine: not measured, because no timings were given or nothing was accepted.")
+def write_cost_page(out: Path, prices: Prices, timings: Timings) -> None:
+    """Write `report.html` beside `costs.json`."""
+    found = _read(out)
     sections = [
-        Section(heading="Comparison", paragraphs=notes, table=[shown(item, reference) for item in methods]),
+        *result_sections(out),
+        Section(heading="How it was reckoned", paragraphs=_method(prices, found)),
         Section(
             heading="Measured seconds",
-            paragraphs=[f"{trajectory_count} accepted trajectories."] if timings else ["not measured"],
+            paragraphs=[f"{found['accepted_count']} accepted trajectories."] if timings else ["not measured"],
             table=[
                 {
                     "Stage": stage,
@@ -51,19 +36,79 @@ def write_cost_page(
                 for stage, times in timings.items()
             ],
         ),
-        Section(
-            heading="What stands in for reality",
-            paragraphs=[
-                "No trajectory was collected on a real robot by this project; the figures of real collection are the paper's. "
-                "A simulated trajectory is not worth as much as a real one: the paper puts it at about one fifteenth."
-            ],
-        ),
     ]
     write_report(out / "report.html", "Cost of a trajectory", LEAD, sections)
 
 
-def shown(item: Production, reference: Production) -> dict[str, object]:
+def result_sections(artifact: Path) -> list[Section]:
+    """What was found, of an artifact of `cost_report`.
+
+    Raises:
+        BadInput: the artifact is damaged or of another version.
+    """
+    found = _read(artifact)
+    methods = [Production(**{key: item[key] for key in Production.__dataclass_fields__}) for item in found["methods"]]
+    here = [
+        f"This machine: {found['accepted_count']} accepted trajectories, at the measured pace of the stages that every trajectory "
+        "passes; its price an hour is an assumption, and its pictures and frame rate are those of the profile, not the paper's."
+    ]
+    return [
+        Section(
+            heading="Cost of a trajectory",
+            paragraphs=[
+                "The first two lines are reckoned from the paper's own prices, beside what it prints; "
+                f"relative cost is against the first. Paper: {paper.SOURCE}, table “Comparison of data acquisition efficiency”.",
+                *(here if any(item["measured"] for item in found["methods"]) else [NOT_MEASURED]),
+                "No trajectory was collected on a real robot by this project; the figures of real collection are the paper's. "
+                f"A simulated trajectory is not worth as much as a real one: the paper puts it at about one in {paper.WORTH['in-domain']}.",
+            ],
+            table=[
+                _beside(item, methods[0], printed)
+                for item, printed in zip(methods, [paper.COSTS["real"], paper.COSTS["simulation"], None], strict=False)
+            ],
+        )
+    ]
+
+
+def _read(artifact: Path) -> dict[str, Any]:
+    return read_figures(artifact / "costs.json", SCHEMA, "cost_report")
+
+
+def _method(prices: Prices, found: Mapping[str, Any]) -> list[str]:
+    real, server = prices.real_collection, prices.paper_simulation
+    notes = [
+        f"Paper, real collection: {real.labour_hours_per_day:g} h at "
+        f"${real.labour_usd_per_hour:g} and a ${real.platform_usd:g} platform over "
+        f"{real.platform_days:g} days make ${found['methods'][0]['usd_per_day']:.0f} a day. The caption of the paper's table "
+        "speaks of two operators; its arithmetic has the wages of one.",
+        f"Paper, simulation: {server.gpu_count} GPUs at ${server.gpu_usd_per_hour:g} an hour, "
+        f"{server.gpu_minutes_per_trajectory:g} minutes of one GPU per trajectory.",
+    ]
+    if not any(item["measured"] for item in found["methods"]):
+        return [*notes, NOT_MEASURED]
+    return [
+        *notes,
+        f"This machine ({prices.this_machine.description}): {found['accepted_count']} accepted trajectories, around the clock at the pace "
+        f"of {', '.join(PER_TRAJECTORY_STAGES)}; rejected candidates and all appearances are paid for by the accepted "
+        f"ones. Its price of ${prices.this_machine.usd_per_hour:g} an hour is an assumption in prices.yaml; short "
+        "runs include start-up times that long ones spread out. The work differs too: picture size, frame rate and number "
+        "of episodes are those of the profile, not the paper's. Training of filters and policy is not included, nor is the one-time "
+        "work listed below.",
+    ]
+
+
+def _beside(item: Production, reference: Production, printed: tuple[float, float, float] | None) -> dict[str, object]:
     """A row in the form of the paper's table "Comparison of data acquisition efficiency"."""
+    row = shown(item, reference)
+    names = ("Throughput (trajectories/day)", "Unit cost ($/trajectory)", "Relative cost")
+    beside: dict[str, object] = {"Method": row["Method"], "Cost per day ($)": row["Cost per day ($)"]}
+    for name, figure in zip(names, printed or (None, None, None)):
+        beside |= {f"{name} | reckoned": row[name], f"{name} | paper": figure}
+    return beside
+
+
+def shown(item: Production, reference: Production) -> dict[str, object]:
+    """What a way of working makes and costs, for a person."""
     unit = item.usd_per_trajectory
     return {
         "Method": item.method,

@@ -1,12 +1,16 @@
 """Counts that reports of several stages need."""
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
 from sim1.stage import BadInput
+from sim1.statistics import wilson_interval
 
+NOT_RUN = "not run"
 _DECISION = ("accepted", "success", "perturbed")
 
 
@@ -20,6 +24,22 @@ def read_table(path: Path) -> pd.DataFrame:
         return pd.read_parquet(path)
     except (OSError, ValueError) as error:
         raise BadInput(f"{path}: not a readable table ({error}); make the artifact again") from error
+
+
+def read_figures(path: Path, schema: str, stage: str) -> dict[str, Any]:
+    """What a report wrote as JSON.
+
+    Raises:
+        BadInput: missing, damaged, or of another version.
+    """
+    try:
+        found = json.loads(path.read_text())
+        version = found["schema"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BadInput(f"{path}: not readable ({error}); make {stage} again") from error
+    if version != schema:
+        raise BadInput(f"{path}: schema is {version!r}, expected {schema!r}; make {stage} again")
+    return found
 
 
 def read_decisions(artifacts: Mapping[str, Path]) -> pd.DataFrame:
@@ -36,6 +56,19 @@ def read_decisions(artifacts: Mapping[str, Path]) -> pd.DataFrame:
             raise BadInput(f"{folder}/decisions.parquet: no column {', '.join(sorted(missing))}; make it again")
         tables.append(table[list(_DECISION)].astype(bool).assign(garment=garment))
     return pd.concat(tables, ignore_index=True)
+
+
+def rate(count: int, total: int) -> str:
+    """A share in percent as a cell of a table: "42 (32 to 53), 36 of 85", with Wilson's 95 % interval."""
+    if not total:
+        return NOT_RUN
+    low, high = wilson_interval(count, total)
+    return f"{together(f'{100 * count / total:.0f} ({100 * low:.0f} to {100 * high:.0f}),')} {together(f'{count} of {total}')}"
+
+
+def together(words: str) -> str:
+    """The same, not to be broken where a column is narrow."""
+    return words.replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def accepted_count(artifacts: Mapping[str, Path]) -> int:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from sklearn.linear_model import LogisticRegression
 
 from sim1.policy.lessons import GENERATED, REAL
 from sim1.stage import random_stream
@@ -26,6 +25,7 @@ class Worth:
     """Generated trajectories a real demonstration, by one figure."""
 
     figure: str
+    shift: str | None  # of the trials; None: by the action's error
     real_size: int
     real_value: float  # what real demonstrations reach
     ratio: float  # clipped to the sizes that were tried
@@ -64,7 +64,7 @@ def by_error(errors: pd.DataFrame, seed: int) -> Worth | str:
         slope, offset = np.polyfit(np.log(sizes), np.log(table[GENERATED].to_numpy()[pick].mean(axis=0)), 1)
         return level, _crossing(np.log(level), slope, offset, sizes.min(), rises=False)
 
-    return _worth(figure, real, sizes, measure, len(table), random_stream(seed, "worth", "error"))
+    return _worth(figure, None, real, sizes, measure, len(table), random_stream(seed, "worth", "error"))
 
 
 def by_success(trials: pd.DataFrame, shift: str, seed: int) -> Worth | str:
@@ -89,7 +89,7 @@ def by_success(trials: pd.DataFrame, shift: str, seed: int) -> Worth | str:
         share = np.clip(level, 1e-3, 1 - 1e-3)
         return level, _crossing(float(np.log(share / (1 - share))), slope, offset, sizes.min(), rises=True)
 
-    return _worth(figure, real, sizes, measure, len(counts), random_stream(seed, "worth", shift))
+    return _worth(figure, shift, real, sizes, measure, len(counts), random_stream(seed, "worth", shift))
 
 
 def _missing(rows: pd.DataFrame) -> str | None:
@@ -117,6 +117,8 @@ def _logistic(x: np.ndarray, wins: np.ndarray, of: np.ndarray) -> tuple[float, f
 
     Source of the half: Haldane 1956, Anscombe 1956.
     """
+    from sklearn.linear_model import LogisticRegression  # takes a second, which who only reads results need not wait
+
     wins, losses = wins + 0.5, of - wins + 0.5
     model = LogisticRegression(C=np.inf)
     model.fit(
@@ -129,6 +131,7 @@ def _logistic(x: np.ndarray, wins: np.ndarray, of: np.ndarray) -> tuple[float, f
 
 def _worth(
     figure: str,
+    shift: str | None,
     real: int,
     sizes: np.ndarray,
     measure: Callable[[np.ndarray], tuple[float, float]],
@@ -142,6 +145,7 @@ def _worth(
     bound = "more than" if size > high else "less than" if size < low else None
     return Worth(
         figure=figure,
+        shift=shift,
         real_size=int(real),
         real_value=level,
         ratio=float(np.clip(size, low, high) / real),

@@ -13,11 +13,12 @@ from sim1.picture_file import save_figure
 from sim1.policy.episodes import read_keypoints, read_rate_hz
 from sim1.policy.lessons import GENERATED, REAL, SIMULATED, Lesson, ModelKey, none_because, read_lessons
 from sim1.policy.model import SCHEMA, ChunkPolicy, save_policy
-from sim1.policy.pictures import draw_command, draw_trials
+from sim1.policy.pictures import draw_command
 from sim1.policy.rollout import Driving
 from sim1.policy.stage import PolicyConfig
 from sim1.policy.training import TrainingPlan, open_loop_error, train
 from sim1.policy.trial_crew import Plan, run_trials
+from sim1.policy.trial_strips import draw_trials
 from sim1.policy.trials import TRIAL_COLUMNS, TrialSettings
 from sim1.progress import report, within
 from sim1.stage import Facts, Inputs, only
@@ -26,7 +27,6 @@ OPEN_LOOP_COLUMNS = (
     "trained_on", "size", "seed", "tested_on", "garment", "trajectory", "joint_error_rad", "openness_error", "hold_joint_error_rad",
 )  # fmt: skip
 TRAINING_SHARE = 0.2  # of the progress bar; trials in the simulator take the rest
-STRIPS = 12  # shown
 
 
 def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
@@ -98,8 +98,8 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     largest = models[ModelKey(GENERATED, generated.sizes[-1], config.seeds[0])]
     shown = (generated.held_out or generated.order)[0]
     save_figure(draw_command(largest, shown, held_out=bool(generated.held_out)), out / "command.png", dpi=110)
-    if strips:
-        save_figure(draw_trials(strips[:STRIPS]), out / "trials.png", dpi=110)
+    for shift, figure in draw_trials(rows, strips).items():
+        save_figure(figure, out / f"trials_{shift}.png", dpi=110)
     shutil.rmtree(out / "trials", ignore_errors=True)
     return {
         "model_count": len(models),

@@ -16,6 +16,11 @@ from sim1.stage import BadInput, random_stream
 
 GENERATED, SIMULATED, REAL = "generated", "simulated", "real"
 KINDS = (GENERATED, SIMULATED, REAL)  # demonstrated in the simulator, and in the stand-in for reality
+NAMES = {
+    GENERATED: "generated trajectories",
+    SIMULATED: "demonstrations in the simulator",
+    REAL: "real demonstrations (stand-in)",
+}
 
 
 class ModelKey(NamedTuple):

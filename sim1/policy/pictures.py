@@ -1,6 +1,4 @@
-"""Pictures of what a policy commands, and of what becomes of the garment."""
-
-from collections.abc import Sequence
+"""A picture of what a policy commands."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -8,7 +6,6 @@ from matplotlib.figure import Figure
 from sim1.episode import JOINT_COUNT
 from sim1.policy.episodes import Trajectory
 from sim1.policy.model import ChunkPolicy
-from sim1.policy.trials import FilmStrip
 
 
 def draw_command(policy: ChunkPolicy, trajectory: Trajectory, *, held_out: bool) -> Figure:
@@ -38,20 +35,4 @@ def draw_command(policy: ChunkPolicy, trajectory: Trajectory, *, held_out: bool)
     )
     kind = "held out" if held_out else "a training trajectory: none was held out"
     figure.suptitle(f"{trajectory.garment} {trajectory.name} ({kind}): recorded, and policy dashed")
-    return figure
-
-
-def draw_trials(strips: Sequence[FilmStrip]) -> Figure:
-    """First trial of every model that drove, seen by the head camera (arms not drawn)."""
-    columns = max(len(strip.pictures) for strip in strips)
-    figure = Figure(figsize=(1.7 * columns, 0.4 + 1.65 * len(strips)), layout="constrained")
-    figure.suptitle("Closed-loop trials, simulated")
-    for part, strip in zip(np.atleast_1d(figure.subfigures(len(strips), 1)), strips):
-        part.suptitle(strip.title, fontsize=9)
-        for axes, time_s, picture in zip(part.subplots(1, columns, squeeze=False)[0], strip.times_s, strip.pictures):
-            axes.imshow(picture)
-            axes.set_xlabel(f"{time_s:.1f} s", fontsize=8)
-            axes.set(xticks=[], yticks=[])
-        for axes in part.axes[len(strip.pictures) :]:  # a trial that broke at once is shorter
-            axes.set_axis_off()
     return figure

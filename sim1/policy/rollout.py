@@ -1,6 +1,6 @@
 """A policy in control of the simulated cell."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -53,9 +53,8 @@ def roll_out(
     keypoints: np.ndarray,
     driving: Driving,
     duration_s: float,
-    on_frame: Callable[[float], None] = lambda share: None,
-) -> np.ndarray:
-    """Let the policy drive for `duration_s`.
+) -> Iterator[np.ndarray]:
+    """Let the policy drive for `duration_s`; what came before a cell broke is known, too.
 
     What it says in a frame is to be reached by the next one (`Episode.action_until_next`): commands go there evenly from those before.
 
@@ -67,10 +66,9 @@ def roll_out(
         keypoints: vertex indices, as in the dataset.
         driving: rate and blending of chunks.
         duration_s: simulated time.
-        on_frame: called with the share of the work that is done.
 
-    Returns:
-        The garment in every cell frame, (T, v, 3), the start first.
+    Yields:
+        The garment in every cell frame, (v, 3), the start first.
     """
 
     def predict(observation: np.ndarray) -> np.ndarray:
@@ -78,18 +76,15 @@ def roll_out(
 
     cell.reset(start.garment_m, start.joints_rad, start.openness)
     execution = ChunkExecution(predict, driving.replan_frames, driving.decay)
-    history = [np.array(cell.garment_m)]
+    yield np.array(cell.garment_m)
     before = observe(cell, keypoints)[:14]
-    frame_count = int(duration_s * driving.rate_hz)
-    for frame in range(frame_count):
-        on_frame(frame / frame_count)
+    for _ in range(int(duration_s * driving.rate_hz)):
         until = execution.command(observe(cell, keypoints))
         for step in range(1, driving.stride + 1):
             command = (before + (until - before) * step / driving.stride).reshape(2, 7)
             cell.step(command[:, :6], np.clip(command[:, 6], 0.0, 1.0))
-            history.append(np.array(cell.garment_m))
+            yield np.array(cell.garment_m)
         before = until
-    return np.stack(history)
 
 
 def observe(cell: Cell, keypoints: np.ndarray) -> np.ndarray:

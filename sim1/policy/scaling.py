@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from sim1.policy.lessons import KINDS
+from sim1.policy.lessons import GENERATED, KINDS
 from sim1.stage import random_stream
 from sim1.statistics import Interval, bootstrap_mean_interval, wilson_interval
 
@@ -46,6 +46,15 @@ class Point:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Task:
+    """Trials with one garment, laid down as it was demonstrated, after the largest number of generated trajectories."""
+
+    garment: str
+    size: int
+    tried: Tried
+
+
+@dataclass(frozen=True, kw_only=True)
 class PowerLaw:
     """error = scale_rad * size ** -exponent, least squares in logarithms."""
 
@@ -82,6 +91,16 @@ def measure(open_loop: pd.DataFrame, trials: pd.DataFrame, sizes: dict[str, Sequ
             )
         )
     return points
+
+
+def measure_tasks(trials: pd.DataFrame) -> list[Task]:
+    """One per garment that was tried in-domain."""
+    runs = trials[(trials["trained_on"] == GENERATED) & (trials["shift"] == "in-domain")]
+    largest = runs[runs["size"] == runs["size"].max()]
+    return [
+        Task(garment=garment, size=int(own["size"].iloc[0]), tried=_tried(own, "in-domain"))
+        for garment, own in largest.groupby("garment", sort=False)
+    ]
 
 
 def _error(errors: pd.DataFrame, tested_on: str, seed: int) -> Error:

@@ -6,10 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from sim1.policy import paper
+from sim1.policy.counting import NOT_RUN
+from sim1.policy.curve import read_curve
 from sim1.policy.equivalence import Worth
-from sim1.policy.lessons import GENERATED, REAL
+from sim1.policy.lessons import NAMES, REAL
 from sim1.policy.scaling import Point, PowerLaw
-from sim1.policy.scaling_pictures import NAMES
+from sim1.policy.shift_table import OURS, shift_section, task_section
 from sim1.report import Picture, Section, write_report
 from sim1.statistics import describe_share
 
@@ -24,6 +27,7 @@ STAND_INS = [
     "training data had, but no robot (where there are recordings of real cloth: in the cell that made the data). A success rate here "
     "says nothing yet about a real one.",
 ]
+RATIO, PAPER_RATIO = "Generated for one real | here", "Generated for one real | paper"
 SHIFTS = {
     "in-domain": "laid down within {laid_mm:.0f} mm of where it was demonstrated",
     "spatial": "moved by up to {shift_mm:.0f} mm and turned by up to {turn_deg:.0f} degrees",
@@ -31,34 +35,11 @@ SHIFTS = {
 }
 
 
-def write_scaling_page(
-    out: Path,
-    points: Sequence[Point],
-    fits: Sequence[PowerLaw],
-    worths: Sequence[Worth | str],
-    about: Mapping[str, Any],
-) -> None:
-    """Write `report.html` beside the pictures; `about` is the content of `policy.json`."""
-    tried = [one for point in points for one in point.trials]
-    trials, successes = sum(one.trial_count for one in tried), sum(one.success_count for one in tried)
-    pictures = [out / name for name in ("success.png", "error.png") if (out / name).exists()]
+def write_scaling_page(out: Path, about: Mapping[str, Any]) -> None:
+    """Write `report.html` beside `curve.json` and the pictures; `about` is the content of `policy.json`."""
     lessons = about["lessons"]
     sections = [
-        Section(
-            heading="Result",
-            paragraphs=[*_laws(fits), f"Closed loop, all together: {describe_share(successes, trials)}."],
-            table=[_shown(point) for point in points],
-            pictures=[Picture(path=path) for path in pictures],
-        ),
-        Section(
-            heading="Worth of a real demonstration",
-            paragraphs=[
-                "Generated trajectories that make a policy as good as one real demonstration, at the largest number of these that "
-                "was tried. The paper: 15 in-domain, 5 with other textures, on a real robot.",
-                *[f"Not known: {one}." for one in worths if isinstance(one, str)],
-            ],
-            table=[_worth(one) for one in worths if isinstance(one, Worth)],
-        ),
+        *result_sections(out),
         Section(
             heading="How it was measured",
             paragraphs=[
@@ -78,9 +59,61 @@ def write_scaling_page(
             ],
             table=[{"of": NAMES[kind], **row} for kind, lesson in lessons.items() for row in lesson["splits"]],
         ),
-        Section(heading="What stands in for reality", paragraphs=STAND_INS),
     ]
     write_report(out / "report.html", "Scaling curves", LEAD, sections)
+
+
+def result_sections(artifact: Path) -> list[Section]:
+    """What was found, of an artifact of `scaling_report`.
+
+    Raises:
+        BadInput: the artifact is damaged or of another version.
+    """
+    curve = read_curve(artifact)
+    tried = [one for point in curve.points for one in point.trials]
+    trials, successes = sum(one.trial_count for one in tried), sum(one.success_count for one in tried)
+    pictures = [artifact / name for name in ("success.png", "error.png") if (artifact / name).exists()]
+    return [
+        Section(
+            heading="Scaling curves",
+            paragraphs=[
+                *_laws(curve.fits),
+                f"Closed loop, all together: {describe_share(successes, trials)}. The paper draws its curves and prints no figures of them.",
+                *STAND_INS,
+            ],
+            table=[_shown(point) for point in curve.points],
+            pictures=[Picture(path=path) for path in pictures],
+        ),
+        shift_section(curve.points),
+        task_section(curve.tasks),
+        _worth_section(curve.worths, {one.shift for one in tried}),
+    ]
+
+
+def _worth_section(worths: Sequence[Worth | str], tried: set[str]) -> Section:
+    known = [one for one in worths if isinstance(one, Worth)]
+    shifts = {OURS.get(shift): shift for shift in paper.WORTH}  # ours -> the paper's
+    missing = {own: shift for own, shift in shifts.items() if own not in {one.shift for one in known}}
+    return Section(
+        heading="Worth of a real demonstration",
+        paragraphs=[
+            "Generated trajectories that make a policy as good as one real demonstration, at the largest number of these that "
+            "was tried; real ones are a stand-in here. The paper's are of a real robot; beside friction "
+            "stands its figure for other textures, which change friction too.",
+            *[f"Not known: {one}." for one in worths if isinstance(one, str)],
+        ],
+        table=[
+            *(_worth(one, shifts.get(one.shift)) for one in known),
+            *(
+                {
+                    "By": f"success, {own}",
+                    RATIO: "not known" if own in tried else NOT_RUN,
+                    PAPER_RATIO: paper.WORTH[shift],
+                }
+                for own, shift in missing.items()
+            ),
+        ],
+    )
 
 
 def _trials(about: Mapping[str, Any]) -> str:
@@ -136,12 +169,13 @@ def _shown(point: Point) -> dict[str, object]:
     return row
 
 
-def _worth(one: Worth) -> dict[str, object]:
-    unit = np.degrees(one.real_value) if "error" in one.figure else 100 * one.real_value
+def _worth(one: Worth, shift: str | None) -> dict[str, object]:
+    unit = 100 * one.real_value if one.shift else np.degrees(one.real_value)
     return {
         "By": one.figure,
+        RATIO: f"{one.bound + ' ' if one.bound else ''}{one.ratio:.3g}",
+        PAPER_RATIO: paper.WORTH.get(shift) if shift else None,
+        "95 % interval, here": "–" if one.interval is None else "{:.3g} to {:.3g}".format(*one.interval),
         "Real demonstrations": one.real_size,
-        "They reach": f"{unit:.3g}{'°' if 'error' in one.figure else ' %'}",
-        f"{GENERATED.capitalize()} for one real": f"{one.bound + ' ' if one.bound else ''}{one.ratio:.3g}",
-        "95 % interval": "–" if one.interval is None else "{:.3g} to {:.3g}".format(*one.interval),
+        "They reach": f"{unit:.3g}{' %' if one.shift else '°'}",
     }

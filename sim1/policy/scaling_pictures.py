@@ -6,15 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sim1.policy.lessons import GENERATED, KINDS, REAL, SIMULATED
+from sim1.policy.lessons import GENERATED, KINDS, NAMES, REAL, SIMULATED
 from sim1.policy.scaling import Error, Point, PowerLaw, Tried
 
 COLORS = {GENERATED: "#1f6fb4", SIMULATED: "#5a8f3c", REAL: "#b4531f"}
-NAMES = {
-    GENERATED: "generated trajectories",
-    SIMULATED: "demonstrations in the simulator",
-    REAL: "real demonstrations (stand-in)",
-}
 
 
 def draw_error(points: Sequence[Point], fits: Sequence[PowerLaw]) -> Figure:

@@ -89,9 +89,10 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
     import pandas as pd
 
     from sim1.picture_file import save_figure
+    from sim1.policy.curve import Curve, write_curve
     from sim1.policy.equivalence import Worth, worth
     from sim1.policy.lessons import GENERATED
-    from sim1.policy.scaling import fit_power_laws, measure
+    from sim1.policy.scaling import fit_power_laws, measure, measure_tasks
     from sim1.policy.scaling_page import write_scaling_page
     from sim1.policy.scaling_pictures import draw_error, draw_success
 
@@ -106,14 +107,9 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
         save_figure(draw_error(points, fits), out / "error.png", dpi=110)
     if len(trials):
         save_figure(draw_success(points), out / "success.png", dpi=110)
-    curve = {
-        "schema": "sim1.curve/2",
-        "points": [asdict(point) for point in points],
-        "fits": [asdict(fit) for fit in fits],
-        "worth_of_a_real_demonstration": [asdict(w) if isinstance(w, Worth) else {"not_known": w} for w in worths],
-    }
-    (out / "curve.json").write_text(json.dumps(curve, indent=1, sort_keys=True) + "\n")
-    write_scaling_page(out, points, fits, worths, about)
+    tasks = measure_tasks(trials)
+    write_curve(out, Curve(points=tuple(points), fits=tuple(fits), worths=tuple(worths), tasks=tuple(tasks)))
+    write_scaling_page(out, about)
     largest = next(point for point in reversed(points) if point.trained_on == GENERATED)
     own = next((error for error in largest.errors if error.tested_on == GENERATED), None)
     known = [one for one in worths if isinstance(one, Worth)]
@@ -141,14 +137,14 @@ def check_scaling_report(artifact: Path) -> list[Finding]:
 def ablation_report(inputs: Inputs, out: Path, config: AblationReportConfig) -> Facts:
     """Pass rate and success rate of the base graph and of every variant (paper, table "Ablation on designs")."""
     from sim1.picture_file import save_figure
-    from sim1.policy.ablation import as_record, count_variant, draw_table, variants_of
+    from sim1.policy.ablation import SCHEMA, as_record, count_variant, draw_table, variants_of
     from sim1.policy.ablation_page import write_ablation_page
 
     rows = [count_variant(inputs, variant) for variant in variants_of(inputs)]
     save_figure(draw_table(rows), out / "ablation.png", dpi=110)
-    table = {"schema": "sim1.ablation/1", "rows": [as_record(row) for row in rows]}
+    table = {"schema": SCHEMA, "rows": [as_record(row) for row in rows]}
     (out / "table.json").write_text(json.dumps(table, indent=1, sort_keys=True) + "\n")
-    write_ablation_page(out, rows)
+    write_ablation_page(out)
     shown = ("variant", "accepted_count", "candidate_count", "success_count", "trial_count")
     return {"variants": [{key: record[key] for key in shown} for record in table["rows"]]}
 
@@ -167,7 +163,7 @@ def cost_report(inputs: Inputs, out: Path, config: CostReportConfig) -> Facts:
         BadInput: the price file or the timings are not what they should be.
     """
     from sim1.policy.cost import paper_simulation, read_prices, read_timings, real_collection, this_machine
-    from sim1.policy.cost_page import shown, write_cost_page
+    from sim1.policy.cost_page import SCHEMA, shown, write_cost_page
     from sim1.policy.counting import accepted_count
 
     prices = read_prices(only(inputs, "prices"))
@@ -176,7 +172,7 @@ def cost_report(inputs: Inputs, out: Path, config: CostReportConfig) -> Facts:
     here = this_machine(prices, timings, count)
     methods = [real_collection(prices), paper_simulation(prices), *([here] if here else [])]
     costs = {
-        "schema": "sim1.costs/1",
+        "schema": SCHEMA,
         "accepted_count": count,
         "methods": [
             {**asdict(item), "usd_per_trajectory": item.usd_per_trajectory, "measured": item is here}
@@ -185,7 +181,7 @@ def cost_report(inputs: Inputs, out: Path, config: CostReportConfig) -> Facts:
         "seconds": {stage: dict(times) for stage, times in timings.items()},
     }
     (out / "costs.json").write_text(json.dumps(costs, indent=1, sort_keys=True) + "\n")
-    write_cost_page(out, methods, prices, timings, count, measured=here is not None)
+    write_cost_page(out, prices, timings)
     return {"accepted_count": count, "methods": [shown(item, methods[0]) for item in methods]}
 
 

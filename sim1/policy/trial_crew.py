@@ -11,12 +11,15 @@ import numpy as np
 import torch
 
 from sim1.crew import finished, labour_together
+from sim1.film_strip import write_strip
 from sim1.policy.lessons import ModelKey
 from sim1.policy.model import ChunkPolicy, load_policy
-from sim1.policy.trials import Bench, FilmStrip, Trial, TrialSettings, open_bench, run_trial
+from sim1.policy.trials import Bench, Trial, TrialSettings, open_bench, run_trial
 from sim1.progress import report
 from sim1.quota import Quota, Row, Ticket
 from sim1.stage import Inputs
+
+STRIP = "strip.npz"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +62,7 @@ class Driver:
         return cls(plan=plan, _trials={trial.name: trial for trial in plan.trials})
 
     def make(self, ticket: Ticket, folder: Path) -> Row:
-        """Drive; the row, and the pictures of a model's first trial in `folder`."""
+        """Drive; the row, and the film strip in `folder`."""
         trial, config = self._trials[ticket.name], self.plan.settings.config
         place = trial.garment, trial.friction_factor(config)
         if place not in self._benches:
@@ -68,13 +71,12 @@ class Driver:
             self._models[trial.model] = load_policy(self.plan.models / trial.model.file)
         model, keypoints = self._models[trial.model], self.plan.keypoints[trial.garment]
         row, strip = run_trial(self._benches[place], trial, model, keypoints, self.plan.settings)
-        if trial.number == 0:
-            np.savez(folder / "strip.npz", title=strip.title, times_s=strip.times_s, pictures=np.stack(strip.pictures))
+        write_strip(folder / STRIP, strip)
         return {**row, "ran": True}
 
 
-def run_trials(plan: Plan, root: Path, processes: int) -> tuple[list[dict[str, Any]], list[FilmStrip]]:
-    """Rows and first film strips of all trials, in their order; `root` keeps what is made until they are.
+def run_trials(plan: Plan, root: Path, processes: int) -> tuple[list[dict[str, Any]], list[Path]]:
+    """Rows and files of the film strips of all trials, in their order; `root` keeps what is made until they are.
 
     Raises:
         BadInput: an artifact is missing or damaged.
@@ -91,8 +93,7 @@ def run_trials(plan: Plan, root: Path, processes: int) -> tuple[list[dict[str, A
 
     labour_together(root, quotas, functools.partial(Driver.of, plan), processes or os.cpu_count() or 1, count)
     rows = {_name(row): {key: value for key, value in row.items() if key != "ran"} for row in finished(root)}
-    strips = [_strip(root / "episodes" / trial.name / "strip.npz") for trial in trials if trial.number == 0]
-    return [rows[trial.name] for trial in trials], strips
+    return [rows[trial.name] for trial in trials], [root / "episodes" / trial.name / STRIP for trial in trials]
 
 
 def _quotas(trials: Sequence[Trial], count: int) -> list[Quota]:
@@ -104,10 +105,3 @@ def _quotas(trials: Sequence[Trial], count: int) -> list[Quota]:
 def _name(row: Row) -> str:
     key = ModelKey(trained_on=row["trained_on"], size=row["size"], seed=row["seed"])
     return Trial(model=key, garment=row["garment"], shift=row["shift"], number=row["trial"]).name
-
-
-def _strip(path: Path) -> FilmStrip:
-    with np.load(path, allow_pickle=False) as data:
-        return FilmStrip(
-            title=str(data["title"]), times_s=tuple(data["times_s"].tolist()), pictures=tuple(data["pictures"])
-        )

@@ -12,8 +12,9 @@ from sim1.cloth.effects import AnisotropicFriction
 from sim1.cloth.garment import read_garment_mesh
 from sim1.cloth.physics import ClothPhysics, read_physics
 from sim1.episode import RATE_HZ, episode_folders, read_episode, read_start
+from sim1.film_strip import HEIGHT, WIDTH, FilmStrip, Look, film_strip, laid_down
 from sim1.motion.placement import random_placement
-from sim1.policy.lessons import ModelKey
+from sim1.policy.lessons import NAMES, ModelKey
 from sim1.policy.model import ChunkPolicy
 from sim1.policy.rollout import Driving, Start, roll_out
 from sim1.policy.stage import PolicyConfig
@@ -45,16 +46,7 @@ class Bench:
     cell: Any  # sim1.cloth.cell.Cell, or what behaves like it
     start: Start
     judge: Judge
-    look: Callable[[np.ndarray], np.ndarray]  # garment (v, 3) -> picture (h, w, 3) u8
-
-
-@dataclass(frozen=True, kw_only=True)
-class FilmStrip:
-    """One trial as a row of pictures."""
-
-    title: str
-    times_s: tuple[float, ...]
-    pictures: tuple[np.ndarray, ...]
+    look: Look
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,12 +98,13 @@ def run_trial(
     placement = random_placement(stream, radius_m, turn_rad, centre)
     moved = bench.start.garment_m @ placement[:3, :3].T + placement[:3, 3]
     start = Start(garment_m=moved, joints_rad=bench.start.joints_rad, openness=bench.start.openness)
-    duration_s, history = settings.duration_s, moved[None]
+    duration_s, history = settings.duration_s, []
     try:
-        history = roll_out(bench.cell, start, model, trial.garment, keypoints, settings.driving, duration_s)
+        for garment_m in roll_out(bench.cell, start, model, trial.garment, keypoints, settings.driving, duration_s):
+            history.append(garment_m)
         # The task's fold lines lie along the world's axes: judged as if the garment had not been moved, a turned
         # garment that is folded along its own axes counts as folded.
-        success, failure, figures = bench.judge((history - placement[:3, 3]) @ placement[:3, :3])
+        success, failure, figures = bench.judge((np.stack(history) - placement[:3, 3]) @ placement[:3, :3])
     except SimulationBroke:
         success, failure, figures, duration_s = False, BROKEN, {}, bench.cell.frame / RATE_HZ
     shift = moved.mean(axis=0) - centre
@@ -130,18 +123,15 @@ def run_trial(
         "friction_factor": trial.friction_factor(config),
         "simulated_s": duration_s,
     }
-    told = "success" if success else failure
-    title = f"{trial.garment}, {trial.shift}, {trial.model.size} {trial.model.trained_on} trajectories: {told}"
-    return row, film_strip(title, history, bench.look)
+    return row, film_strip(_title(row), np.stack(history), bench.look)
 
 
-def film_strip(title: str, history: np.ndarray, look: Callable[[np.ndarray], np.ndarray], count: int = 5) -> FilmStrip:
-    """Evenly spaced pictures of a garment's run (T, v, 3), first and last frame included."""
-    frames = sorted({round(place) for place in np.linspace(0, len(history) - 1, count)})
-    return FilmStrip(
-        title=title,
-        times_s=tuple(frame / RATE_HZ for frame in frames),
-        pictures=tuple(look(history[frame]) for frame in frames),
+def _title(row: Mapping[str, Any]) -> str:
+    """Who drove, and where the garment lay."""
+    rubbing = f", friction × {row['friction_factor']:g}" if row["friction_factor"] != 1.0 else ""
+    return (
+        f"{row['garment']}, after {row['size']} {NAMES[row['trained_on']]}, network seed {row['seed']}, trial {row['trial']}, "
+        f"{laid_down(row['shift_x_m'], row['shift_y_m'], row['turn_rad'])}{rubbing}"
     )
 
 
@@ -180,7 +170,7 @@ def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: fl
     scene = read_scene(inputs["scene"][garment])
 
     def look(garment_m: np.ndarray) -> np.ndarray:
-        return render_head_view(garment_m, mesh.faces, scene, width=160, height=120)
+        return render_head_view(garment_m, mesh.faces, scene, width=WIDTH, height=HEIGHT)
 
     world = REALITY if trials_in == "reality" and read_world(inputs["reality"][garment]) else SIMULATOR
     source = "reality" if world == REALITY else "calibrated_physics"

@@ -52,7 +52,7 @@ def write_sheet(shelf: Shelf, path: Path, config: RenderConfig) -> None:
         config: size of a small picture, samples, engine; what belongs to episodes is not used.
 
     Raises:
-        BlenderFailed: Blender's process could not finish.
+        BlenderFailed: a process of Blender could not finish.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     _sheet(_rendered(shelf, sized(shelf, config)), shelf.columns).save(path, format="PNG", optimize=True)

@@ -1,6 +1,6 @@
 """How Blender turns the scene into a picture: Cycles, which follows light, or Workbench, which shows shapes and colours at once.
 
-Imported by the worker alone: bpy lives in its own process.
+Imported by the worker alone: bpy lives in processes of its own.
 """
 
 from typing import Any
@@ -17,14 +17,14 @@ def set_up_engine(scene: bpy.types.Scene, settings: dict[str, Any]) -> str:
 
     Args:
         scene: Blender's scene.
-        settings: engine, width, height, samples, denoise, threads, device.
+        settings: engine, width, height, samples, denoise, device, and threads on a CPU, at least one.
 
     Raises:
         RuntimeError: the device is "gpu", and there is none.
     """
     render = scene.render
     render.resolution_x, render.resolution_y, render.resolution_percentage = settings["width"], settings["height"], 100
-    render.threads_mode, render.threads = "FIXED" if settings["threads"] else "AUTO", settings["threads"]
+    render.threads_mode, render.threads = "FIXED", settings["threads"]
     render.use_file_extension = False
     image = render.image_settings
     image.file_format, image.color_mode, image.color_depth, image.compression = "PNG", "RGB", "8", 50
@@ -51,6 +51,8 @@ def _set_up_cycles(scene: bpy.types.Scene, settings: dict[str, Any]) -> None:
     cycles.caustics_reflective = cycles.caustics_refractive = False
     cycles.sample_clamp_indirect = 5.0  # few samples: no fireflies
     cycles.device = _choose_device(settings["device"])
+    if cycles.device == "GPU":
+        scene.render.threads_mode = "AUTO"  # the one worker there, as a rule, prepares scenes alone
 
 
 def _set_up_workbench(scene: bpy.types.Scene) -> None:

@@ -1,4 +1,4 @@
-"""What Blender's process is asked to render: a folder with `job.json` and NPZ files, read back by `sim1.render.worker`."""
+"""What Blender's processes are asked to render: a folder with `job.json` and NPZ files, read back by `sim1.render.worker`."""
 
 import json
 from collections.abc import Iterator
@@ -13,10 +13,13 @@ from sim1.render.appearance import Appearance, Color
 from sim1.stage import random_stream
 
 FRAME_NAME = "{:06d}.png"
-# Of `RenderConfig`: what Blender's process gets to know.
-SETTINGS = ("engine", "width", "height", "samples", "denoise", "threads", "device", "seed")
+# Of `RenderConfig`: what Blender's processes get to know.
+SETTINGS = ("engine", "width", "height", "samples", "denoise", "workers", "threads", "device", "seed")
 # How light becomes the grey levels of a picture: AgX stands for a camera's tone curve, Workbench's colours are meant for the screen.
 VIEW_TRANSFORM = {"cycles": "AgX", "workbench": "Standard"}
+
+type Picture = tuple[str, int]
+"""Camera and frame number of one picture of a clip."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +63,14 @@ class Job:
             for frame in range(clip.frame_count):
                 for camera in sorted(self.fy_over_height):
                     yield clip, camera, frame
+
+    def missing(self, out: Path) -> dict[str, list[Picture]]:
+        """Pictures that `out` does not hold, in the order of rendering, by the clip's key."""
+        found: dict[str, list[Picture]] = {}
+        for clip, camera, frame in self.frames():
+            if not self.frame_path(out, clip, camera, frame).exists():
+                found.setdefault(clip.key, []).append((camera, frame))
+        return found
 
     def frame_path(self, out: Path, clip: Clip, camera: str, frame: int) -> Path:
         return frame_path(out, clip, camera, frame)

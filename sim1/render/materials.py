@@ -1,4 +1,4 @@
-"""Blender materials of fabric, table, room and robot. Imported by the worker alone: bpy lives in its own process.
+"""Blender materials of fabric, table, room and robot. Imported by the worker alone: bpy lives in processes of its own.
 
 What is painted lies in pictures (`sim1.render.images`); the node graphs here put them on, with relief and finish.
 """

@@ -1,4 +1,4 @@
-"""The Blender scene of one garment's episodes. Imported by the worker alone: bpy lives in its own process.
+"""The Blender scene of one garment's episodes. Imported by the worker alone: bpy lives in processes of its own.
 
 The scene is built once. Between frames only the garment's vertices, the robot's transforms and the camera change, between
 appearances materials, light and everything that stands about the table as well.
@@ -27,7 +27,7 @@ class RenderScene:
             robot `part_p_vertices`, `part_p_faces`.
         part_colors: sRGB colour of every part of the robot.
         texture: the garment's measured texture.
-        settings: engine, width, height, samples, denoise, threads, device.
+        settings: see `sim1.render.engines.set_up_engine`.
 
     Attributes:
         device: what renders: "cpu", "gpu" or "opengl".

@@ -28,7 +28,9 @@ class RenderConfig:
     )  # of the head camera about the table's middle (paper, section 4.1)
     scanned_share: float = Field(default=0.5, ge=0.0, le=1.0)  # of appearances that keep the garment's measured texture
     device: Literal["auto", "cpu", "gpu"] = "auto"  # gpu is not deterministic to the bit
-    threads: int = Field(default=0, ge=0)  # of Cycles; 0 is one per core
+    # How many do it changes no byte of a frame, and so is no part of the recipe.
+    workers: int = Field(default=0, ge=0, exclude=True)  # Blender processes; 0 is one per core, on a GPU one
+    threads: int = Field(default=0, ge=0, exclude=True)  # of each worker's Cycles on a CPU; 0 shares the cores out
 
 
 def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
@@ -39,7 +41,7 @@ def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
 
     Raises:
         BadInput: damaged inputs or looks, or an unknown camera.
-        BlenderFailed: Blender's process could not finish.
+        BlenderFailed: a process of Blender could not finish.
     """
     import tempfile
 

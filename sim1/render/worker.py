@@ -1,20 +1,23 @@
-"""Blender's process: `python -m sim1.render.worker JOB OUT` renders the job that `sim1.render.job` wrote.
+"""One of Blender's processes: `python -m sim1.render.worker JOB OUT THREADS` renders pictures of the job in the folder JOB.
 
-Speaks JSON lines on the standard output ({"done", "total", "what"}, or {"failed"}); Blender's own chatter goes to the
-standard error. A frame that is there already is not rendered again, and none is ever half-written.
+Takes orders (`sim1.render.shares.Order`) as lines on the standard input until that ends. Says on the standard output, as JSON
+lines, on which device it renders once it is ready, {"device"}, and each picture that lies in OUT, {"rendered"}; or why Blender
+cannot be loaded, {"failed"}. Blender's own chatter goes to the standard error. No picture is ever half-written.
 """
 
 import json
 import os
+import signal
 import sys
 from pathlib import Path
 
 import numpy as np
 
 
-def main(job_folder: Path, out: Path) -> int:
+def main(job_folder: Path, out: Path, threads: int) -> int:
     talk = os.fdopen(os.dup(1), "w", buffering=1)
     os.dup2(2, 1)  # Blender prints to the standard output whatever it is told
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides about Ctrl-C
 
     def say(**message: object) -> None:
         # Raises BrokenPipeError when the parent is gone, which ends this process as well.
@@ -25,41 +28,35 @@ def main(job_folder: Path, out: Path) -> int:
     except ImportError as error:
         say(failed=str(error))
         return 3
-    from sim1.render.appearance_file import note_device
     from sim1.render.job import Job
+    from sim1.render.shares import Order
 
     job = Job.read(job_folder)
-    missing = [
-        (clip, camera, frame)
-        for clip, camera, frame in job.frames()
-        if not job.frame_path(out, clip, camera, frame).exists()
-    ]
-    total = job.frame_count
-    done = total - len(missing)
-    say(done=done, total=total, what="frames")
-    if not missing:
-        return 0
-    scene = RenderScene(arrays=job.arrays(), part_colors=job.part_colors, texture=job.texture, settings=job.settings)
+    clips = {clip.key: clip for clip in job.clips}
+    settings = {**job.settings, "threads": threads}
+    scene = RenderScene(arrays=job.arrays(), part_colors=job.part_colors, texture=job.texture, settings=settings)
+    say(device=scene.device)
     shown, motion, poses = None, {}, {}
-    for clip, camera, frame in missing:
+    for line in sys.stdin:
+        order = Order.of(line)
+        clip = clips[order.clip]
         if clip is not shown:
             scene.set_appearance(clip.appearance)
             motion, poses, shown = job.motion(clip), job.camera_poses(clip), clip
-            note_device(out / clip.folder, scene.device)
-        scene.set_frame(garment_m=motion["garment_m"][frame], parts=motion["parts"][frame])
-        path = job.frame_path(out, clip, camera, frame)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(path.name + ".part")
-        scene.render(
-            part,
-            camera_to_world=poses[camera][frame],
-            fy_over_height=job.fy_over_height[camera],
-            seed=job.picture_seed(clip, camera, frame),
-        )
-        _keep_pixels_only(part)
-        os.replace(part, path)
-        done += 1
-        say(done=done, total=total, what="frames")
+        for camera, frame in order.pictures:
+            scene.set_frame(garment_m=motion["garment_m"][frame], parts=motion["parts"][frame])
+            path = job.frame_path(out, clip, camera, frame)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            part = path.with_name(path.name + ".part")
+            scene.render(
+                part,
+                camera_to_world=poses[camera][frame],
+                fy_over_height=job.fy_over_height[camera],
+                seed=job.picture_seed(clip, camera, frame),
+            )
+            _keep_pixels_only(part)
+            os.replace(part, path)
+            say(rendered=path.relative_to(out).as_posix())
     return 0
 
 
@@ -74,4 +71,4 @@ def _keep_pixels_only(path: Path) -> None:
 
 if __name__ == "__main__":
     np.seterr(all="raise", under="ignore")
-    sys.exit(main(Path(sys.argv[1]), Path(sys.argv[2])))
+    sys.exit(main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])))

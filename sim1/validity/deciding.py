@@ -12,14 +12,18 @@ import pandas as pd
 import torch
 
 from sim1.cloth.garment import read_garment_mesh
-from sim1.episode import read_episode
+from sim1.episode import read_episode, read_start
+from sim1.film_strip import HEIGHT, WIDTH
 from sim1.progress import track
+from sim1.scene.description import read_scene
 from sim1.stage import BadInput, Facts, Inputs, only
 from sim1.statistics import describe_share
 from sim1.validity.clips import read_clip
 from sim1.validity.examples import reference_of
 from sim1.validity.features import Reference, episode_features
+from sim1.validity.outcomes import draw_outcomes
 from sim1.validity.pictures import draw_decisions
+from sim1.validity.raster import render_head_view
 from sim1.validity.rules import Rules, read_rules
 from sim1.validity.watching import Discriminator, read_discriminator
 
@@ -74,6 +78,15 @@ def decide(inputs: Inputs, garment: str, config: ValidTrajectoriesConfig, out: P
     table.to_parquet(out / "decisions.parquet", index=False)
     (out / "limits.json").write_text(json.dumps({"minimum_accepted": config.minimum_accepted}) + "\n")
     draw_decisions(out / "decisions.png", rows, filters.discriminator.abstains or not config.use_video)
+    faces, scene = read_garment_mesh(only(inputs, "garment_mesh")).faces, read_scene(only(inputs, "scene"))
+    draw_outcomes(
+        out / "film_strips.png",
+        garment,
+        rows,
+        candidates / "episodes",
+        read_start(only(inputs, "seed_demos")),
+        lambda garment_m: render_head_view(garment_m, faces, scene, width=WIDTH, height=HEIGHT),
+    )
     return _facts(table, filters)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from assets_defs._config import check_configs
+from assets_defs._config import check_configs, resolved_config
 from pipeline import GraphError, Home, load_graph
 from pipeline.home import PROFILES, REPOSITORY
 
@@ -170,6 +170,16 @@ def test_an_unknown_setting_is_refused_with_stage_and_key():
     )
     with pytest.raises(GraphError, match=r"stage 'garment_mesh': key 'edge_lenght_m'"):
         check_configs(broken)
+
+
+def test_how_many_processes_render_is_no_part_of_the_recipe_of_frames():
+    node = load_graph(Home(REPOSITORY), "smoke").nodes["rendered_episodes"]
+
+    def recorded(**settings):
+        return resolved_config(type(node)(stage=node.stage, variant=None, config={**node.config, **settings}))
+
+    assert recorded(workers=3, threads=2) == recorded()
+    assert recorded(samples=9) != recorded()
 
 
 def test_a_garment_with_a_name_that_is_no_key_is_refused(project):

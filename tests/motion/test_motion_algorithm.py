@@ -28,9 +28,9 @@ def outcome(monkeypatch, tmp_path, row, said):
     ("row", "said", "failure"),
     [
         ({}, {"accepted": True}, None),
-        ({}, {"accepted": False, "rules_broken": "end.height_p99_m <= 0.05, is 0.09"}, "rejected by rule"),
-        ({}, {"accepted": False, "video_score": 0.2}, "rejected by video"),
-        ({"failure": "slip", "success": False}, {"accepted": False, "rules_broken": "anything"}, "slip"),
+        ({}, {"accepted": False, "reasons": "rules: end.height_p99_m <= 0.05, is 0.09"}, "rejected by rule"),
+        ({}, {"accepted": False, "reasons": "video: score 0.2 below 0.5"}, "rejected by video"),
+        ({"failure": "slip", "success": False}, {"accepted": False, "reasons": "judge: slip; rules: anything"}, "slip"),
     ],
 )
 def test_a_failure_has_the_class_of_what_came_first(monkeypatch, tmp_path, row, said, failure):

@@ -18,6 +18,8 @@ def test_a_scan_becomes_a_dataset_and_a_curve_and_a_second_run_makes_nothing(hom
     assert "dataset: data/store/dataset/_/lerobot" in answer.stdout
     page = html.unescape((home.store / "report.html").read_text())
     assert [node.id for node in base if node.stage.summary not in page] == []
+    assert all(heading in page for heading in ("Success by shift", "Film strips of trials", "Generated episodes"))
+    assert "Not run (stage ablation_report)." in page
 
     again = sim1("run", "--profile", "smoke", "--variant", "base", "--jobs", "1")
     assert f"0 made, {len(base)} fresh already" in again.stdout

@@ -80,7 +80,7 @@ def test_other_trajectories_never_stand_beside_the_policy_of_the_base(tmp_path, 
     ablation_report(inputs, tmp_path, AblationReportConfig())
     row = rows(tmp_path)["minimum_jerk"]
     assert (row["trial_count"], row["success_rate"], row["own_stages"]) == (0, None, ["valid_trajectories"])
-    assert "not tried" in (tmp_path / "report.html").read_text()
+    assert "not run" in (tmp_path / "report.html").read_text()
 
 
 def test_what_was_never_made_is_named(tmp_path, inputs):
@@ -107,7 +107,7 @@ def test_no_trials_are_no_rate(tmp_path, inputs):
     empty.to_parquet(inputs["policy"][""] / "evaluation.parquet")
     ablation_report(inputs, tmp_path, AblationReportConfig())
     assert rows(tmp_path)["base"]["success_rate"] is None
-    assert "not tried" in (tmp_path / "report.html").read_text()
+    assert "not run" in (tmp_path / "report.html").read_text()
 
 
 def test_a_damaged_table_is_named(tmp_path, inputs):

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 import yaml
 
+from sim1.policy import paper
 from sim1.policy.cost import paper_simulation, read_prices, read_timings, real_collection
 from sim1.policy.stage import CostReportConfig, check_cost_report, cost_report
 from sim1.stage import BadInput
@@ -41,10 +42,11 @@ def test_the_papers_figures_follow_from_its_prices():
     prices = read_prices(PRICES)
     real, server = real_collection(prices), paper_simulation(prices)
     assert real.usd_per_day == pytest.approx(282, abs=0.5)
-    assert real.usd_per_trajectory == pytest.approx(2.71, abs=0.005)
     assert server.usd_per_day == pytest.approx(71, abs=0.5)
-    assert server.trajectories_per_day == pytest.approx(710, abs=2)
-    assert server.usd_per_trajectory == pytest.approx(0.10, abs=0.001)
+    for method, (a_day, unit, relative) in zip((real, server), paper.COSTS.values(), strict=True):
+        assert method.trajectories_per_day == pytest.approx(a_day, abs=2)
+        assert method.usd_per_trajectory == pytest.approx(unit, abs=0.005)
+        assert method.usd_per_trajectory / real.usd_per_trajectory == pytest.approx(relative, abs=0.0005)
     assert real.usd_per_trajectory / server.usd_per_trajectory == pytest.approx(27, abs=0.5)
     assert server.trajectories_per_day / real.trajectories_per_day == pytest.approx(6.8, abs=0.05)
 

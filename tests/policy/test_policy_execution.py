@@ -63,5 +63,5 @@ def test_what_is_said_in_a_frame_is_reached_by_the_next_and_on_an_even_way():
 
     begin = Start(garment_m=np.zeros((4, 3)), joints_rad=np.zeros((2, 6)), openness=np.zeros(2))
     cell, driving = ListedCell(), Driving(rate_hz=10, replan_frames=3, decay=0.0)
-    roll_out(cell, begin, Reciting(), "towel", np.arange(4), driving, duration_s=0.3)
+    list(roll_out(cell, begin, Reciting(), "towel", np.arange(4), driving, duration_s=0.3))
     assert cell.commands == pytest.approx([0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 0.6, 0.3, 0.0])

@@ -164,4 +164,4 @@ def test_a_policy_drives_the_simulated_cell_and_is_judged(tmp_path, inputs):
     assert trial["failure"] == "missed grasp"  # nobody lifted anything
     figures = json.loads(trial["figures"])
     assert figures["area_ratio"] == pytest.approx(1, abs=0.05)
-    assert (tmp_path / "trials.png").exists()
+    assert (tmp_path / "trials_spatial.png").exists()

@@ -190,7 +190,7 @@ def test_a_policy_drives_the_arms_where_its_demonstration_went(trajectories):
     begin = Start(garment_m=garment, joints_rad=first[:, :6], openness=first[:, 6])
     cell = FollowingCell(reach_rad=float(goal[0]))
     driving = Driving(rate_hz=10, replan_frames=2, decay=0.5)
-    history = roll_out(cell, begin, model, "tshirt", np.arange(VERTICES), driving, duration_s=6.0)
+    history = list(roll_out(cell, begin, model, "tshirt", np.arange(VERTICES), driving, duration_s=6.0))
     assert len(history) == 181  # 6 s at the cell's 30 Hz, and the start
     assert np.abs(observe(cell, np.arange(VERTICES))[:14] - goal).max() < 0.1
     jumps = np.abs(np.diff(np.stack(cell.commands), axis=0)).max()

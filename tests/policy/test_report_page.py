@@ -51,6 +51,14 @@ def test_page_needs_no_other_file_and_shows_what_it_was_given(tmp_path, picture)
     assert ">–</td>" in page
 
 
+def test_columns_of_one_quantity_stand_under_one_heading(tmp_path):
+    rows = [{"who": "a", "cost | here": 1, "cost | paper": 2, "pace": "slow"}]
+    write_report(tmp_path / "r.html", "t", "l", [Section(heading="A", table=rows)])
+    page = (tmp_path / "r.html").read_text()
+    assert '<th rowspan="2">who</th><th colspan="2">cost</th><th rowspan="2">pace</th>' in page
+    assert '<tr><th class="number">here</th><th class="number">paper</th></tr>' in page
+
+
 def test_same_input_gives_the_same_bytes(tmp_path, picture):
     sections = [Section(heading="A", table=[{"x": 1}], pictures=[picture])]
     for name in ("one.html", "two.html"):

@@ -9,7 +9,7 @@ from PIL import Image
 from sim1.render.plan import drawn, plan_job
 from sim1.render.stage import RenderConfig
 
-CONFIG = RenderConfig(width=48, height=36, samples=2, rate_hz=15, variants=2, threads=1, device="cpu")
+CONFIG = RenderConfig(width=48, height=36, samples=2, rate_hz=15, variants=2, workers=1, threads=1, device="cpu")
 
 
 def png(width: int, height: int, gray: int = 0) -> bytes:

@@ -3,7 +3,6 @@
 import json
 import re
 import shutil
-import sys
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from PIL import Image
 from towel_cell import URDF, episode, looking_at_origin, towel
 
 from sim1.episode import write_episode
-from sim1.render.blender import BlenderFailed, run_blender, why_not_loaded
 from sim1.render.cameras import project, raised
 from sim1.render.check import check_frames
 from sim1.render.robot_visuals import link_motion, part_poses, robot_parts
@@ -65,30 +63,6 @@ def test_the_fingers_of_the_drawn_robot_open_with_the_gripper():
     prismatic = {joint.child for joint in arm.robot.joints.values() if joint.kind == "prismatic"}
     assert len(prismatic) == 2
     assert moved == {(0, link) for link in prismatic}
-
-
-def test_a_crash_of_blender_is_an_error_with_its_last_words(tmp_path):
-    code = "import sys, os; print('out of memory in kernel', file=sys.stderr); sys.stderr.flush(); os.abort()"
-    with pytest.raises(BlenderFailed, match=r"(?s)ended by signal 6.*out of memory in kernel"):
-        run_blender(tmp_path, tmp_path, command=(sys.executable, "-c", code))
-
-
-def test_a_machine_on_which_the_preview_engine_cannot_draw_is_told_what_to_install(tmp_path):
-    code = "import sys, os; print('EGL Error (0x300C)', file=sys.stderr); sys.stderr.flush(); os.kill(os.getpid(), 11)"
-    with pytest.raises(BlenderFailed, match=r"signal 11: engine 'workbench' finds no OpenGL; apt-get install .*cycles"):
-        run_blender(tmp_path, tmp_path, command=(sys.executable, "-c", code))
-
-
-def test_chatter_among_the_progress_lines_is_an_error():
-    with pytest.raises(BlenderFailed, match="no progress line"):
-        run_blender("job", "out", command=(sys.executable, "-c", "print('Saved: a.png')"))
-
-
-def test_a_missing_system_library_is_named_with_its_package(tmp_path):
-    line = json.dumps({"failed": "libXi.so.6: cannot open shared object file: No such file or directory"})
-    with pytest.raises(BlenderFailed, match=r"libXi\.so\.6; apt-get install libxi6"):
-        run_blender(tmp_path, tmp_path, command=(sys.executable, "-c", f"print({line!r}); raise SystemExit(3)"))
-    assert why_not_loaded("no such module") == "Blender cannot be loaded: no such module"
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ from sim1.episode import RATE_HZ
 from sim1.progress import listening
 from sim1.render.appearance_file import read_about
 from sim1.render.blender import NO_OPENGL, BlenderFailed
+from sim1.render.shares import Order
 from sim1.render.stage import RenderConfig, check_rendered_episodes, check_source_appearance, rendered_episodes
 from sim1.stage import BadInput
 
@@ -66,13 +67,13 @@ def test_a_trajectory_is_rendered_in_step_with_its_states_and_the_same_again_aft
         assert image.info == {}
 
 
-def test_the_same_seed_gives_the_same_bytes(inputs, tmp_path):
-    short = RenderConfig(
-        width=48, height=36, samples=2, rate_hz=10, variants=1, max_episodes=1, threads=1, device="cpu"
-    )
-    render(inputs, tmp_path / "a", short)
-    render(inputs, tmp_path / "b", short)
-    assert contents(tmp_path / "a") == contents(tmp_path / "b")
+def test_the_same_seed_gives_the_same_bytes_however_many_workers_and_threads_there_are(tmp_path):
+    inputs = write_inputs(tmp_path, frame_count=19)  # 10 frames in each look; both workers render the third
+    for workers, threads in ((1, 2), (2, 1)):
+        config = RenderConfig(**{**CONFIG.__dict__, "variants": 3, "workers": workers, "threads": threads})
+        render(inputs, tmp_path / f"{workers} workers", config)
+    assert len(list((tmp_path / "1 workers").glob("episodes/*/*/head/*.png"))) == 30
+    assert contents(tmp_path / "1 workers") == contents(tmp_path / "2 workers")
 
 
 def test_the_preview_engine_gives_the_same_frames_twice_and_shows_the_garment(inputs, tmp_path):
@@ -130,11 +131,15 @@ def test_the_garment_moves_in_the_picture_as_it_does_in_the_states(inputs, tmp_p
 
 def test_a_worker_whose_parent_is_gone_ends_by_itself(inputs, tmp_path):
     out = tmp_path / "out"
-    job = plan(inputs, out, RenderConfig(**{**CONFIG.__dict__, "variants": 40})).folder
+    job = plan(inputs, out, RenderConfig(**{**CONFIG.__dict__, "variants": 40}))
     root = Path(__file__).parents[2]
-    command = [sys.executable, "-m", "sim1.render.worker", str(job), str(out)]
-    worker = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=root)
-    assert json.loads(worker.stdout.readline()) == {"done": 0, "total": 160, "what": "frames"}
+    command = [sys.executable, "-m", "sim1.render.worker", str(job.folder), str(out), "1"]
+    worker = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=root
+    )
+    assert json.loads(worker.stdout.readline()) == {"device": "cpu"}
+    worker.stdin.write("".join(Order(clip=clip.key, pictures=(("head", 0),)).line() for clip in job.clips))
+    worker.stdin.close()
     worker.stdout.close()  # as the system does with what a killed parent held
     assert worker.wait(timeout=60) != 0
     assert len(list(out.rglob("*.png"))) < 5

@@ -82,6 +82,7 @@ def test_good_candidates_are_copied_and_the_bad_one_is_explained(world, tmp_path
     assert "rules: " in table.loc["0004", "reasons"]
     assert [folder.name for folder in episode_folders(out)] == ["0000", "0001", "0002", "0003"]
     assert (out / "episodes/0000/video.npz").exists()
+    assert (out / "film_strips.png").exists()
     assert not names(check_valid_trajectories(out), passed=False)
 
 

@@ -19,7 +19,7 @@ from sim1.policy.image.build import Trained, load, policy_config, save
 from sim1.policy.image.clips import Clip, Parts, clips_of, split_clips
 from sim1.policy.image.evaluation import ERROR_COLUMNS, errors_of, without_pictures
 from sim1.policy.image.frames import looks_back, read_features, training_statistics
-from sim1.policy.image.measures import BLANK, DATASET, Point, measure, of_pictures
+from sim1.policy.image.measures import BLANK, DATASET, SCHEMA, Point, measure, of_pictures
 from sim1.policy.image.needs import choose_device, weights_folder
 from sim1.policy.image.page import write_page
 from sim1.policy.image.pictures import draw_errors, draw_looks, draw_loss
@@ -31,7 +31,6 @@ from sim1.policy.image.views import choose_trajectories, write_views
 from sim1.progress import report, within
 from sim1.stage import Facts, Inputs, only
 
-SCHEMA = "sim1.image_policy_result/1"
 POLICY, VIEWS, FRAMES, TRAINING = "policy", "views", "frames", "training"  # folders; the last two while at work
 RENDERED, TRAINED = 0.3, 0.9  # shares of the progress that are reached
 

@@ -2,14 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pydantic
 
+from sim1.policy.counting import read_figures
 from sim1.policy.image.shifts import IN_DOMAIN, TITLES
 from sim1.stage import random_stream
 from sim1.statistics import Interval, bootstrap_mean_interval
 
+SCHEMA = "sim1.image_policy_result/1"  # of image_policy.json
 DATASET, BLANK = "dataset", "no_picture"
 ALL_TITLES = {DATASET: "as in the dataset", **TITLES, BLANK: "no picture, its mean colour"}
 
@@ -42,6 +46,16 @@ def measure(errors: pd.DataFrame, seed: int) -> list[Point]:
     per_trajectory = errors.groupby(["pictures", "garment", "trajectory"]).mean(numeric_only=True)
     known = [name for name in ALL_TITLES if name in set(errors["pictures"])]
     return [_point(name, errors, per_trajectory, seed) for name in known]
+
+
+def read_points(artifact: Path) -> list[Point]:
+    """The points in `image_policy.json`.
+
+    Raises:
+        BadInput: missing, damaged, or of another version.
+    """
+    found = read_figures(artifact / "image_policy.json", SCHEMA, "image_policy")
+    return pydantic.TypeAdapter(list[Point]).validate_python(found["points"])
 
 
 def _point(name: str, errors: pd.DataFrame, per_trajectory: pd.DataFrame, seed: int) -> Point:

@@ -25,22 +25,9 @@ STAND_INS = [
 
 def write_page(out: Path, points: Sequence[Point], about: Mapping[str, Any]) -> None:
     """Write `report.html` beside the pictures; `about` is the content of `image_policy.json`."""
-    captions = {
-        "errors.png": "Error by what the pictures show; one trajectory alone has no interval.",
-        "looks.png": "Every row is one moment of a held-out trajectory.",
-        "loss.png": "",
-    }
-    errors, looks, loss = (
-        [Picture(path=out / name, caption=caption)] if (out / name).exists() else []
-        for name, caption in captions.items()
-    )
+    looks = _picture(out / "looks.png", "Every row is one moment of a held-out trajectory.")
     sections = [
-        Section(
-            heading="Result",
-            paragraphs=[*_result(points), *_shifts(points)],
-            table=[_joints(point) for point in points],
-            pictures=errors,
-        ),
+        result_section("Result", out, points),
         *([Section(heading="Grippers", table=[_grippers(point) for point in points])] if points else []),
         *([Section(heading="What was changed", paragraphs=[_changes(about)], pictures=looks)] if looks else []),
         Section(
@@ -57,11 +44,27 @@ def write_page(out: Path, points: Sequence[Point], about: Mapping[str, Any]) -> 
                 f"{about['chunk_frames']} commands at {about['rate_hz']} Hz. Its loss went from {about['loss']['first']:.3g} to "
                 f"{about['loss']['last']:.3g} (mean of the first and of the last tenth of the steps)."
             ],
-            pictures=loss,
+            pictures=_picture(out / "loss.png"),
         ),
         Section(heading="What stands in for reality", paragraphs=STAND_INS),
     ]
     write_report(out / "report.html", "Image policy", LEAD, sections)
+
+
+def result_section(heading: str, artifact: Path, points: Sequence[Point], notes: Sequence[str] = ()) -> Section:
+    """What was found."""
+    return Section(
+        heading=heading,
+        paragraphs=[*_result(points), *_shifts(points), *notes],
+        table=[_joints(point) for point in points],
+        pictures=_picture(
+            artifact / "errors.png", "Error by what the pictures show; one trajectory alone has no interval."
+        ),
+    )
+
+
+def _picture(path: Path, caption: str = "") -> list[Picture]:
+    return [Picture(path=path, caption=caption)] if path.exists() else []
 
 
 def _result(points: Sequence[Point]) -> list[str]:

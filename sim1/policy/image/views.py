@@ -69,7 +69,7 @@ def write_views(
 
     Raises:
         BadInput: an input is missing or damaged.
-        BlenderFailed: Blender's process could not finish.
+        BlenderFailed: a process of Blender could not finish.
     """
     dataset, frames = inputs["dataset"][""], out / "frames"
     garments = sorted({item.garment for item in chosen})
