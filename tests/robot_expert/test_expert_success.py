@@ -176,6 +176,12 @@ def test_a_garment_still_moving_at_the_end_is_not_folded(task):
     assert judge(moving, TOWEL.faces, task).failure == "not folded"
 
 
+def test_the_shipped_garments_are_folded_in_one_step_but_for_the_shirt_whose_sleeves_come_first():
+    tasks = {path.stem: read_task(path) for path in (EXAMPLES.parents[1] / "data" / "tasks").glob("*.yaml")}
+    assert {name: len(task.steps) for name, task in tasks.items()} == {"towel": 1, "shorts": 1, "polo": 1, "tshirt": 2}
+    assert [step.left.grasp for step in tasks["tshirt"].steps] == ["sleeve_left", "neck_left"]
+
+
 def test_a_task_that_says_nothing_in_words_is_to_fold_the_garment(task):
     assert task.instruction("polo") == "fold the polo"
 
