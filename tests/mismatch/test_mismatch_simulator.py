@@ -7,12 +7,13 @@ import pytest
 from small_bundle import SIDE_M, empty_bundle, plain_world
 
 from sim1.cloth.effects import EFFECTS
+from sim1.cloth.precise import march
 from sim1.cloth.precise.forces import residual
 from sim1.cloth.precise.jaws import coupling
 from sim1.cloth.precise.march import SLIDING_M_S
 from sim1.cloth.precise.newton import net_width
 from sim1.cloth.precise.scene import prepare
-from sim1.cloth.precise.simulate import simulate
+from sim1.cloth.precise.simulate import NotConverged, simulate
 from sim1.cloth.precise.stiffness import derivative
 from sim1.cloth.precise.world import pack
 from sim1.mismatch.search import Term
@@ -148,6 +149,40 @@ def test_what_sticks_beyond_sliding_friction_fades_by_the_stribeck_speed(bundle,
         )
         assert plain == pytest.approx(0.4 * 3.0 * SIDE_M**2, rel=1e-3)  # 0.05 mm deep: 3 Pa
         assert sticking / plain == pytest.approx(1.0 + 0.5 * np.exp(-((speed / 0.02) ** 2)), rel=1e-3)
+
+
+# Friction, table [m], how far along it and how low a sheet is brought [m]: some step of each is not found at once.
+DRAGGED = (
+    (0.8830, 0.41116, 0.28351, 0.13578),
+    (1.3576, 0.38086, 0.13607, 0.19949),
+    (1.1015, 0.41667, 0.28143, 0.17482),
+    (0.5788, 0.39990, 0.21093, 0.17258),
+    (0.3976, 0.41002, 0.28543, 0.12619),
+)
+
+
+def test_a_step_that_friction_hides_is_found_by_way_of_a_softer_friction(world, monkeypatch):
+    """Laid down, dragged and lifted, without halving a step, and no marker leaps."""
+    bundle = empty_bundle(duration_s=2.5)
+    (bar,) = bundle.recordings[0].drives.values()
+    share = np.sin(np.pi * np.clip((bar.time_s - 0.3) / 2.0, 0.0, 1.0))
+
+    def dragged(friction, table, along, down):
+        path = np.column_stack([0.0 * share, along * share, 0.6 - down * share**2])
+        recording = replace(bundle.recordings[0], drives={"bar": replace(bar, position_m=path)})
+        there = replace(plain_world(bundle), table_z_m=table, friction=friction)
+        return simulate(prepare(bundle, recording, 1 / 60), [there], halvings=0).markers_m[0]
+
+    found = [dragged(*one) for one in DRAGGED]
+    monkeypatch.setattr(march, "TRIES", march.TRIES[:2])
+    missed = 0
+    for one, markers_m in zip(DRAGGED, found, strict=True):
+        try:
+            dragged(*one)
+        except NotConverged:
+            missed += 1
+        assert np.linalg.norm(np.diff(markers_m, axis=0), axis=-1).max() * 60 < 3.0  # m/s
+    assert missed
 
 
 def test_friction_holds_what_creeps_at_a_millimetre_a_second_nearly_as_what_slides(bundle, world):

@@ -12,6 +12,17 @@ from sim1.cloth.precise.newton import net_width, newton
 from sim1.cloth.precise.twins import answers, keep_near, matrix, solved
 
 SLIDING_M_S = 3e-4  # friction is regularised below this speed: what creeps must not look like sticking friction
+# How a step is tried: factor of that speed, most iterations, whether from the last shape. Where cloth that stuck comes off the table
+# friction jumps nearly: it is then found softened first, and each time from there a little sharper.
+TRIES = (
+    (1.0, 40, False),
+    (1.0, 120, True),
+    (100.0, 120, True),
+    (30.0, 60, False),
+    (10.0, 60, False),
+    (3.0, 60, False),
+    (1.0, 120, False),
+)
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
@@ -89,15 +100,18 @@ def march(
             else:
                 base[:] = 2.0 * x1[0] - x2[0] if n == 2 else 3.0 * x1[0] - 3.0 * x2[0] + x3
         targets_of(paths, n, net, turns[n], offset, targets)
-        for patience in (40, 120):
+        for softer, patience, anew in TRIES:
+            if anew:
+                base[:] = x1[0]
             last = newton(
-                base, hv[0], ha[0], rate, mass_rate, SLIDING_M_S, net, cloth, curvature[0], moment[0], crease[0],
+                base, hv[0], ha[0], rate, mass_rate, softer * SLIDING_M_S, net, cloth, curvature[0], moment[0], crease[0],
                 targets[0], held_on[n], tolerance, patience, goals[0, n], goals_v[0, n], known, band, out, forces[n],
             )  # fmt: skip
-            if last >= 0.0:
+            if last >= 0.0 and softer == 1.0:
                 break
             known = False
-            base[:] = x1[0]  # from the last shape, with patience
+            if last < 0.0 and softer > 1.0:
+                break
         if last < 0.0:
             return n
         known = n > 1  # the matrix changes little from step to step, but for the first, which is of another formula
