@@ -7,7 +7,7 @@ from pathlib import Path
 from assets_defs._store import JOINT
 from pipeline import Graph, Home
 
-LEFTOVERS = (".part", ".part.recipe", ".old", ".rejected", ".failed.json", ".failed.part", ".lock")
+LEFTOVERS = (".part", ".part.recipe", ".part.seconds", ".old", ".rejected", ".failed.json", ".failed.part", ".lock")
 
 
 def doomed(

@@ -59,8 +59,10 @@ def produce(home: Home, snapshot: Snapshot, node: Node, key: Key, sink: progress
             try:
                 return _produce(home, snapshot, node, key, sink, parts, recipe)
             except NotMade as error:
-                if not error.transient:
-                    at.fail(recipe, str(error))
+                at.fail(recipe, str(error))
+                raise
+            except Exception as error:  # a fault of the stage, of a library or of this machine
+                at.fail(recipe, home.relative(f"{type(error).__name__}: {error}"))
                 raise
     except StoreError as error:
         raise NotMade(home.relative(str(error))) from error
@@ -70,17 +72,19 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
     at = place(home, node, key)
     inputs = _inputs(home, snapshot, node, key)
     started = time.perf_counter()
+    whole_s = None
     work = _work(snapshot, node, key, parts)
     twin = _twin(home, snapshot, node, key, work)
     try:
         update = _to_update(at, parts) if twin is None and node.stage.updates else None
         part = at.begin(recipe, resume=node.stage.resumes, update=update)
         if twin is not None:
-            facts = _copy(home, twin, key, part)
+            facts, whole_s = _copy(home, twin, key, part)
         else:
             # Stages multiply small matrices: more threads wait for each other, and a calibration takes ten times as long.
-            with progress.listening(sink), threadpool_limits(1):
+            with at.timed() as spent_s, progress.listening(sink), threadpool_limits(1):
                 facts = stage_function(node.stage.run)(inputs, part, config_of(node))
+            whole_s = _whole_s(update) if update else spent_s()
         check = check_function(node)
         findings = check(part) if check else []
         if not any(part.iterdir()):
@@ -103,6 +107,7 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
             {**vars(finding), "passed": bool(finding.passed)} for finding in findings
         ],  # numpy's bool is no JSON
         "seconds": round(time.perf_counter() - started, 3),
+        "whole_s": whole_s,  # what making all of it took; None where nobody knows, as a process died over it
     }
     try:
         if failed := [finding for finding in findings if finding.blocking and not finding.passed]:
@@ -156,11 +161,17 @@ def _of_the_same_function(record: dict[str, Any], parts: dict[str, Any]) -> bool
     return all(record["parts"][key] == parts[key] for key in ("version", "function"))
 
 
-def _copy(home: Home, twin: Node, key: Key, part: Path) -> dict[str, Any]:
-    """Copy the twin's artifact into `part`; its facts, with a note of where they come from."""
+def _copy(home: Home, twin: Node, key: Key, part: Path) -> tuple[dict[str, Any], float | None]:
+    """Copy the twin's artifact into `part`; its facts, with a note of where they come from, and what making it took."""
     at = place(home, twin, key)
     shutil.copytree(at.final, part, dirs_exist_ok=True, ignore=shutil.ignore_patterns(RECORD))
-    return {**at.record()["facts"], "same_work_as": label(twin, key)}
+    record = at.record()
+    return {**record["facts"], "same_work_as": label(twin, key)}, record.get("whole_s")
+
+
+def _whole_s(folder: Path) -> float | None:
+    """What making all of an artifact took that another begins with: the changed part alone says nothing of that."""
+    return json.loads((folder / RECORD).read_text()).get("whole_s")
 
 
 def _inputs(home: Home, snapshot: Snapshot, node: Node, key: Key) -> dict[str, dict[str, Path]]:
@@ -179,11 +190,11 @@ def _inputs(home: Home, snapshot: Snapshot, node: Node, key: Key) -> dict[str, d
 
 
 def _timings(home: Home, snapshot: Snapshot, beside: Path) -> Path:
-    """File {node: {garment: seconds}} of all artifacts that exist, written outside the artifact to be made."""
-    seconds: dict[str, dict[str, float]] = {}
+    """File {node: {garment: seconds}} of what making each whole artifact took, null where nobody knows; written outside the artifact to be made."""
+    seconds: dict[str, dict[str, float | None]] = {}
     for node, key in snapshot.artifacts():
         if record := place(home, node, key).record():
-            seconds.setdefault(node.id, {})[key or ""] = record["seconds"]
+            seconds.setdefault(node.id, {})[key or ""] = record.get("whole_s")
     path = beside.with_name("timings.json")
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(seconds, indent=1, sort_keys=True) + "\n")

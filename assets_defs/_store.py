@@ -8,7 +8,7 @@ record `artifact.json`. Beside it may stand `GARMENT.part` (being made), `GARMEN
 import json
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,6 +48,10 @@ class Place:
     def failure(self) -> Path:
         return self._beside("failed.json")
 
+    @property
+    def _spent(self) -> Path:
+        return self._beside("part.seconds")
+
     def _beside(self, suffix: str) -> Path:
         return self.final.with_name(f"{self.final.name}.{suffix}")
 
@@ -85,8 +89,26 @@ class Place:
                 shutil.copytree(update, self.part, ignore=shutil.ignore_patterns(RECORD))
             else:
                 self.part.mkdir(parents=True)
+            self._spent.write_text("0")
             note.write_text(recipe)
         return self.part
+
+    @contextmanager
+    def timed(self) -> Iterator[Callable[[], float | None]]:
+        """Add up what goes into `.part`, from one try to the next.
+
+        Yields a function that says it afterwards, in seconds; None where a process died over it, as nobody knows then.
+        """
+        before = _number_in(self._spent)
+        self._spent.unlink(missing_ok=True)  # who dies now leaves no figure
+        started = time.perf_counter()
+        total: list[float] = []
+        try:
+            yield lambda: total[0] if total else None
+        finally:
+            if before is not None:
+                total.append(round(before + time.perf_counter() - started, 3))
+                self._spent.write_text(str(total[0]))
 
     def commit(self, record: dict[str, Any]) -> dict[str, Any]:
         """Put the finished `.part` in place of the artifact and return its record, with data version and files."""
@@ -97,6 +119,7 @@ class Place:
         self.part.rename(self.final)
         shutil.rmtree(self.old, ignore_errors=True)
         self._beside("part.recipe").unlink(missing_ok=True)
+        self._spent.unlink(missing_ok=True)
         self.failure.unlink(missing_ok=True)
         shutil.rmtree(self.rejected, ignore_errors=True)
         return whole
@@ -167,6 +190,13 @@ class Place:
 def _record_in(folder: Path) -> dict[str, Any] | None:
     try:
         return json.loads((folder / RECORD).read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def _number_in(file: Path) -> float | None:
+    try:
+        return float(file.read_text())
     except (OSError, ValueError):
         return None
 

@@ -13,8 +13,8 @@ HOURS_PER_DAY = 24
 # Work that every further trajectory needs again; all the rest is done once per garment or once in all.
 PER_TRAJECTORY_STAGES = ("candidate_trajectories", "valid_trajectories", "rendered_episodes", "dataset")
 
-type Timings = Mapping[str, Mapping[str, float]]
-"""Stage -> garment ("" for a joint stage) -> seconds."""
+type Timings = Mapping[str, Mapping[str, float | None]]
+"""Stage -> garment ("" for a joint stage) -> seconds that making all of the artifact took; None where nobody knows."""
 
 
 @stage_config
@@ -118,28 +118,31 @@ def this_machine(prices: Prices, timings: Timings, trajectory_count: int) -> Pro
 
 
 def per_trajectory_seconds(timings: Timings, trajectory_count: int) -> float | None:
-    """Seconds of machine time per accepted trajectory, rejected candidates and all appearances included."""
-    missing = [stage for stage in PER_TRAJECTORY_STAGES if not timings.get(stage)]
+    """Seconds of machine time per accepted trajectory, rejected candidates and all appearances included.
+
+    None where nothing was accepted, or what one artifact of these stages took is not known.
+    """
+    missing = [s for s in PER_TRAJECTORY_STAGES if not timings.get(s) or None in timings[s].values()]
     if missing or not trajectory_count:
         return None
     return sum(sum(timings[stage].values()) for stage in PER_TRAJECTORY_STAGES) / trajectory_count
 
 
 def read_timings(path: Path) -> Timings:
-    """Read `{stage: {garment: seconds}}`.
+    """Read `{stage: {garment: seconds}}`; null where nobody knows.
 
     Raises:
-        BadInput: not such a file, or a time that is not a number of seconds.
+        BadInput: not such a file, or a time that is neither null nor a number of seconds.
     """
     try:
         found = json.loads(path.read_text())
-        timings = {str(stage): {str(key): float(s) for key, s in times.items()} for stage, times in found.items()}
+        timings = {str(stage): {str(key): None if s is None else float(s) for key, s in times.items()} for stage, times in found.items()}
     except (OSError, ValueError, TypeError, AttributeError) as error:
         raise BadInput(
             f"{path}: not a file of {{stage: {{garment: seconds}}}} ({error}); remove or correct it"
         ) from error
     for stage, times in timings.items():
         for key, seconds in times.items():
-            if not 0 <= seconds < float("inf"):
+            if seconds is not None and not 0 <= seconds < float("inf"):
                 raise BadInput(f"{path}: {stage}/{key or 'joint'} took {seconds} s; correct the file")
     return timings

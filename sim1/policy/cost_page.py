@@ -14,7 +14,10 @@ LEAD = (
     "What one trajectory costs: a person at the real robot, the paper's GPU server, and this machine. The first two lines "
     "are the paper's arithmetic; a third stands there only where this project measured its seconds."
 )
-NOT_MEASURED = "This machine: not measured, because no timings were given or nothing was accepted."
+NOT_MEASURED = (
+    "This machine: not measured, because no timings were given, nothing was accepted, or an artifact that every trajectory passes was "
+    "made over a process that died, so that nobody knows how long it took."
+)
 
 
 def write_cost_page(out: Path, prices: Prices, timings: Timings) -> None:
@@ -29,7 +32,7 @@ def write_cost_page(out: Path, prices: Prices, timings: Timings) -> None:
             table=[
                 {
                     "Stage": stage,
-                    "Seconds": round(sum(times.values()), 1),
+                    "Seconds": "not known" if None in times.values() else round(sum(times.values()), 1),
                     "Artifacts": len(times),
                     "Every trajectory anew": stage in PER_TRAJECTORY_STAGES,
                 }
@@ -90,7 +93,7 @@ def _method(prices: Prices, found: Mapping[str, Any]) -> list[str]:
         *notes,
         f"This machine ({prices.this_machine.description}): {found['accepted_count']} accepted trajectories, around the clock at the pace "
         f"of {', '.join(PER_TRAJECTORY_STAGES)}; rejected candidates and all appearances are paid for by the accepted "
-        f"ones. Its price of ${prices.this_machine.usd_per_hour:g} an hour is an assumption in prices.yaml; short "
+        f"ones. Artifacts that were made side by side count with the seconds of each: alone each would have taken less. Its price of ${prices.this_machine.usd_per_hour:g} an hour is an assumption in prices.yaml; short "
         "runs include start-up times that long ones spread out. The work differs too: picture size, frame rate and number "
         "of episodes are those of the profile, not the paper's. Training of filters and policy is not included, nor is the one-time "
         "work listed below.",

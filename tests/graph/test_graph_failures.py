@@ -84,6 +84,33 @@ def test_a_worker_that_is_killed_fails_its_own_artifact_alone(project, tmp_path)
     assert list(report.made) == ["mesh/towel"]
 
 
+def test_a_fault_that_nobody_foresaw_is_noted_like_any_other(made):
+    good = place(made.home, made.graph.nodes["mesh"], "towel").record()
+    made.stages(mesh={"config": {"raises": True}})
+    made.run(garments=["towel"])
+    at = place(made.home, made.graph.nodes["mesh"], "towel")
+    assert at.failed()["message"] == "RuntimeError: data/store/mesh/towel.part: the library has a fault"
+    with made.instance() as instance:
+        assert Snapshot(instance, made.graph, made.home).status(made.graph.nodes["mesh"], "towel").state == "failed"
+    assert at.record() == good
+
+
+def test_the_seconds_of_all_tries_add_up_and_a_killed_one_leaves_them_unknown(project, tmp_path):
+    for how, known in (({"raises": True}, True), ({}, False)):
+        marker = tmp_path / f"mended {known}"
+        config = {"die_unless": str(marker), "sleep_s": 0.2, **how}
+        project.stages(mesh={"run": "toy_stages:frames", "resumes": True, "config": config})
+        assert project.run(jobs=1, nodes={"scan", "mesh"}, garments=["towel"]).failed
+        marker.write_text("")
+        assert not project.run(nodes={"scan", "mesh"}, garments=["towel"]).failed
+        record = place(project.home, project.graph.nodes["mesh"], "towel").record()
+        if known:  # four files of 0.2 s, and the second once more
+            assert record["whole_s"] > 0.8 > record["seconds"] - 0.8
+            assert record["whole_s"] > record["seconds"] - 0.2
+        else:
+            assert record["whole_s"] is None
+
+
 @pytest.mark.parametrize("resumes", [True, False])
 def test_a_stage_that_resumes_goes_on_in_what_a_killed_run_left(project, tmp_path, resumes):
     marker = tmp_path / "mended"

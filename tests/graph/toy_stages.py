@@ -30,7 +30,7 @@ def check_source_garment(path: Path) -> None:
 
 
 def work(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
-    """Digest of all inputs and the config; config keys `sleep_s`, `die_unless`, `invalid`, `odd` and `no_space` act as they say."""
+    """Digest of all inputs and the config; config keys `sleep_s`, `die_unless`, `invalid`, `odd`, `no_space` and `raises` act as they say."""
     digest = hashlib.sha256(repr(sorted((config or {}).items())).encode())
     for name in sorted(set(inputs) - {"timings"}):
         for garment, path in sorted(inputs[name].items()):
@@ -41,6 +41,8 @@ def work(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
         time.sleep(0.05)
     if (marker := config.get("die_unless")) and not Path(marker).exists():
         os.kill(os.getpid(), 9)
+    if config.get("raises"):
+        raise RuntimeError(f"{out}: the library has a fault")
     if config.get("no_space"):
         raise OSError(28, "No space left on device", str(out / "content.txt"))
     marks = "".join(f"\n{mark}" for mark in ("invalid", "odd") if config.get(mark))
@@ -55,7 +57,10 @@ def frames(inputs: Inputs, out: Path, config: dict[str, Any]) -> Facts:
         if not (file := out / f"{number}.txt").exists():
             file.write_text(str(number))
             written += 1
+        time.sleep(config.get("sleep_s", 0.0))
         if number == 1 and not Path(config["die_unless"]).exists():
+            if config.get("raises"):
+                raise BadInput("interrupted")
             os.kill(os.getpid(), 9)
     return {"written": written}
 

@@ -80,6 +80,15 @@ def test_a_stage_without_its_seconds_leaves_this_machine_unmeasured(tmp_path, in
     assert len(facts["methods"]) == 2
 
 
+def test_an_artifact_that_took_nobody_knows_how_long_leaves_this_machine_unmeasured(tmp_path, inputs, timings):
+    content = json.loads(timings.read_text())
+    content["rendered_episodes"]["towel"] = None
+    timings.write_text(json.dumps(content))
+    facts = cost_report({**inputs, "timings": {"": timings}}, tmp_path, CostReportConfig())
+    assert len(facts["methods"]) == 2
+    assert "not known" in (tmp_path / "report.html").read_text()
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
