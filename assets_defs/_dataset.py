@@ -22,10 +22,11 @@ def check(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="
     """Say what is wrong with a dataset; ends with 1 where something is."""
     import json
 
+    from sim1.dataset.beside import PROVENANCE
     from sim1.dataset.check import check_lerobot
     from sim1.dataset.check_provenance import check_provenance
     from sim1.dataset.limits import FILE, read_limits
-    from sim1.dataset.reshape import PROVENANCE, lerobot_root
+    from sim1.dataset.reshape import lerobot_root
     from sim1.stage import BadInput
 
     try:
@@ -50,7 +51,7 @@ def merge(
     folders: Annotated[list[Path], typer.Argument(help="Two or more datasets.")],
     out: Out,
 ) -> None:
-    """One dataset of several with the same features and rate; provenance is merged where all have it."""
+    """One dataset of several with the same features and rate; with provenance, keypoints and limits where all have them."""
     from sim1.dataset import reshape
     from sim1.stage import BadInput
 

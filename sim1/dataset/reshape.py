@@ -1,4 +1,4 @@
-"""Datasets put together and taken apart, by LeRobot's own tools, with the provenance that lies beside them."""
+"""Datasets put together and taken apart, by LeRobot's own tools, with what this project writes beside them."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ import pandas as pd
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from sim1.dataset.beside import Beside, joined
 from sim1.dataset.check import check_lerobot
 from sim1.dataset.quiet import quiet_libraries
 from sim1.stage import BadInput, random_stream
 
 NAME = "sim1/local"  # LeRobot wants an owner and a name; nothing is looked up under it
-PROVENANCE = "provenance.parquet"
 
 
 def lerobot_root(folder: Path) -> Path:
@@ -34,7 +34,7 @@ def lerobot_root(folder: Path) -> Path:
 
 
 def merge(folders: Sequence[Path], out: Path) -> int:
-    """Write the datasets one after the other as `out/lerobot`; provenance too where all have it. Returns the episode count.
+    """Write the datasets one after the other as `out/lerobot`, with what lies beside all of them. Returns the episode count.
 
     Raises:
         BadInput: a folder holds no sound dataset, they do not fit together, or `out` exists.
@@ -47,12 +47,11 @@ def merge(folders: Sequence[Path], out: Path) -> int:
     for folder, kind in kinds.items():
         if differs := [key for key in sorted({*first, *kind}) if kind.get(key) != first.get(key)]:
             raise BadInput(f"{folder}: {', '.join(differs)}: not as in {folders[0]}; only like is merged with like")
-    tables = [_provenance(folder) for folder in folders]
+    beside = joined([Beside.of(folder) for folder in folders])
     part = _begin(out)
     with quiet_libraries():
         whole = merge_datasets([_open(root) for root in roots], NAME, output_dir=part / "lerobot")
-    if all(table is not None for table in tables):
-        _write_provenance(part, pd.concat(tables, ignore_index=True))
+    beside.write(part)
     return _finish(part, out, whole.meta.total_episodes)
 
 
@@ -69,9 +68,9 @@ def split(folder: Path, shares: Mapping[str, float], out: Path, seed: int) -> di
 
     if not math.isclose(sum(shares.values()), 1.0, abs_tol=1e-6) or min(shares.values()) <= 0:
         raise BadInput(f"--share: {dict(shares)} add up to {sum(shares.values()):g}, expected positive shares of 1")
-    root, table = _sound(folder), _provenance(folder)
+    root, beside = _sound(folder), Beside.of(folder)
     count = json.loads((root / "meta" / "info.json").read_text())["total_episodes"]
-    groups = np.arange(count) if table is None else kindred(_sources(table))
+    groups = np.arange(count) if beside.provenance is None else kindred(_sources(beside.provenance))
     parts = shared_out(groups, shares, seed)
     if empty := [name for name, episodes in parts.items() if not episodes]:
         raise BadInput(
@@ -84,8 +83,7 @@ def split(folder: Path, shares: Mapping[str, float], out: Path, seed: int) -> di
     for name, episodes in parts.items():
         (part / name).mkdir()
         (part / "made" / name).rename(part / name / "lerobot")
-        if table is not None:
-            _write_provenance(part / name, table.iloc[episodes].reset_index(drop=True))
+        beside.of_episodes(episodes).write(part / name)
     shutil.rmtree(part / "made")
     _finish(part, out, count)
     return {name: len(episodes) for name, episodes in parts.items()}
@@ -134,15 +132,6 @@ def _kind(root: Path) -> dict[str, object]:
         "robot_type": info["robot_type"],
         **{f"feature {name}": features[name] for name in features},
     }
-
-
-def _provenance(folder: Path) -> pd.DataFrame | None:
-    path = folder / PROVENANCE
-    return pd.read_parquet(path).sort_values("episode_index", ignore_index=True) if path.is_file() else None
-
-
-def _write_provenance(folder: Path, table: pd.DataFrame) -> None:
-    table.assign(episode_index=np.arange(len(table))).to_parquet(folder / PROVENANCE, index=False)
 
 
 def _open(root: Path):

@@ -136,7 +136,10 @@ def read_timings(path: Path) -> Timings:
     """
     try:
         found = json.loads(path.read_text())
-        timings = {str(stage): {str(key): None if s is None else float(s) for key, s in times.items()} for stage, times in found.items()}
+        timings = {
+            str(stage): {str(key): None if s is None else float(s) for key, s in times.items()}
+            for stage, times in found.items()
+        }
     except (OSError, ValueError, TypeError, AttributeError) as error:
         raise BadInput(
             f"{path}: not a file of {{stage: {{garment: seconds}}}} ({error}); remove or correct it"

@@ -1,5 +1,6 @@
 """Datasets merged and split: nothing is lost, nothing is twice, kin stay together."""
 
+import re
 import shutil
 
 import numpy as np
@@ -14,7 +15,7 @@ from assets_defs.cli import app
 from sim1.dataset.check import column, read_tables
 from sim1.dataset.check_provenance import check_provenance
 from sim1.dataset.reshape import kindred, lerobot_root, merge, shared_out, split
-from sim1.dataset.stage import DatasetConfig, dataset
+from sim1.dataset.stage import DatasetConfig, check_dataset, dataset
 from sim1.stage import BadInput
 
 
@@ -70,6 +71,43 @@ def test_merged_datasets_hold_all_episodes_in_order_with_their_provenance(made, 
     table = pd.read_parquet(tmp_path / "twice" / "provenance.parquet")
     assert table.episode_index.tolist() == list(range(8))
     assert not (tmp_path / "twice.part").exists()
+
+
+def test_trajectories_of_two_datasets_that_are_numbered_alike_are_told_apart_and_the_whole_passes_its_own_check(
+    made, tmp_path
+):
+    merge([made, made], tmp_path / "twice")
+    assert [finding.name for finding in check_dataset(tmp_path / "twice") if not finding.passed] == []
+    table = pd.read_parquet(tmp_path / "twice" / "provenance.parquet")
+    assert table.trajectory.tolist() == [f"{place}-{number:04d}" for place in (1, 2) for number in range(4)]
+    assert table.sources.iloc[:4].map(list).tolist() == table.sources.iloc[4:].map(list).tolist()  # may be kin
+    names = pd.read_parquet(made / "provenance.parquet").trajectory
+    assert names.tolist() == [f"{number:04d}" for number in range(4)]
+
+
+def test_parts_and_the_whole_have_the_keypoints_and_limits_of_what_they_come_from(made, tmp_path):
+    split(made, {"one": 0.5, "other": 0.5}, tmp_path / "parts", seed=0)
+    merge([tmp_path / "parts" / "one", tmp_path / "parts" / "other"], tmp_path / "again")
+    for folder in (tmp_path / "parts" / "one", tmp_path / "again"):
+        for name in ("keypoints.json", "limits.json"):
+            assert (folder / name).read_text() == (made / name).read_text()
+    again = pd.read_parquet(tmp_path / "again" / "provenance.parquet").trajectory
+    assert sorted(again) == [f"{number:04d}" for number in range(4)]  # no two alike: called what they were
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("keypoints.json", "another mesh"), ("limits.json", "only data of one robot")]
+)
+def test_another_mesh_under_a_garments_name_and_another_robot_are_refused(made, tmp_path, name, said):
+    other = tmp_path / "other"
+    shutil.copytree(made, other)
+    (other / name).write_text(re.sub(r"(\[\s*)", r"\g<1>7, ", (made / name).read_text(), count=1))
+    with pytest.raises(BadInput, match=said):
+        merge([made, other], tmp_path / "out")
+    (other / name).write_text("{")
+    with pytest.raises(BadInput, match=f"{name}: damaged"):
+        merge([made, other], tmp_path / "out")
+    assert not list(tmp_path.glob("out*"))
 
 
 def test_without_provenance_episodes_are_independent_and_merging_keeps_none(made, tmp_path):

@@ -169,7 +169,9 @@ def test_a_stage_that_updates_begins_with_the_artifact_that_it_replaces(updating
     assert changed_since(project, before) == ["model/shirt", "model/towel", "dataset", "report"]
     assert written(project) == 1
     node = project.graph.nodes["model"]
-    assert place(project.home, node, "towel").record()["whole_s"] == whole_s  # what was not made again took its time as well
+    assert (
+        place(project.home, node, "towel").record()["whole_s"] == whole_s
+    )  # what was not made again took its time as well
     assert sorted(file.name for file in place(project.home, node, "towel").final.glob("*.txt")) == [
         "a.txt",
         "c.txt",
