@@ -12,7 +12,7 @@ import pandas as pd
 from sim1.picture_file import save_figure
 from sim1.policy.episodes import read_keypoints, read_rate_hz
 from sim1.policy.lessons import GENERATED, REAL, SIMULATED, Lesson, ModelKey, none_because, read_lessons
-from sim1.policy.model import SCHEMA, ChunkPolicy, save_policy
+from sim1.policy.model import ChunkPolicy, save_policy
 from sim1.policy.pictures import draw_command
 from sim1.policy.rollout import Driving
 from sim1.policy.stage import PolicyConfig
@@ -26,6 +26,7 @@ from sim1.stage import Facts, Inputs, only
 OPEN_LOOP_COLUMNS = (
     "trained_on", "size", "seed", "tested_on", "garment", "trajectory", "joint_error_rad", "openness_error", "hold_joint_error_rad",
 )  # fmt: skip
+ABOUT_SCHEMA = "sim1.policy_result/2"  # of policy.json
 TRAINING_SHARE = 0.2  # of the progress bar; trials in the simulator take the rest
 
 
@@ -62,8 +63,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     trials = Plan(
         inputs={name: places for name, places in inputs.items() if name != "dataset"},
         models=out / "policies",
-        keys=tuple(key for lesson in lessons for key in trial_models(lesson, config)),
-        garments=tuple(driven),
+        drivers={name: drivers(lessons, name, config) for name in driven},
         keypoints={name: read_keypoints(dataset, name) for name in driven},
         settings=TrialSettings(driving=driving, duration_s=duration_s, config=config),
     )
@@ -74,7 +74,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     pd.DataFrame(errors, columns=list(OPEN_LOOP_COLUMNS)).to_parquet(out / "open_loop.parquet", index=False)
     pd.DataFrame(rows, columns=list(TRIAL_COLUMNS)).to_parquet(out / "evaluation.parquet", index=False)
     about = {
-        "schema": SCHEMA,
+        "schema": ABOUT_SCHEMA,
         "rate_hz": rate_hz,
         "seeds": list(config.seeds),
         "lessons": {lesson.kind: _told(lesson, config) for lesson in lessons},
@@ -85,7 +85,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         "trials": {
             "worlds": sorted({row["world"] for row in rows}),
             "garments": driven,
-            "models": [list(key) for key in trials.keys],
+            "models": {name: [list(key) for key in keys] for name, keys in trials.drivers.items()},
             "shifts": list(config.shifts),
             "each": config.trial_count,
             "laid_m": config.laid_m,
@@ -122,6 +122,11 @@ def trial_models(lesson: Lesson, config: PolicyConfig) -> list[ModelKey]:
     ends = list(dict.fromkeys([sizes[-1], sizes[0], *reversed(sizes)]))[: config.evaluate_sizes]
     seeds = config.seeds[: config.evaluate_seeds]
     return [ModelKey(lesson.kind, size, seed) for size, seed in product(sorted(ends), seeds)]
+
+
+def drivers(lessons: Sequence[Lesson], garment: str, config: PolicyConfig) -> tuple[ModelKey, ...]:
+    """The models that drive with a garment: those of lessons that show it."""
+    return tuple(key for lesson in lessons if garment in lesson.splits for key in trial_models(lesson, config))
 
 
 def trial_garments(garments: Sequence[str], config: PolicyConfig) -> list[str]:

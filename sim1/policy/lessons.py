@@ -37,13 +37,13 @@ class ModelKey(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Lesson:
-    """Trajectories of one kind: every prefix of `order` is a training set, `held_out` is in none."""
+    """Trajectories of one kind: prefixes of `order` are training sets, each of all garments; `held_out` is in none."""
 
     kind: str
     order: list[Trajectory]
     sizes: list[int]
     held_out: list[Trajectory]
-    splits: Mapping[str, GarmentSplit]
+    splits: Mapping[str, GarmentSplit]  # by garment that it shows
 
 
 def read_lessons(dataset: Path, demos: Mapping[str, Mapping[str, Path]], config: PolicyConfig) -> list[Lesson]:
@@ -82,7 +82,7 @@ def _lesson(kind: str, items: Sequence[Trajectory], sizes: Sequence[int], config
     return Lesson(
         kind=kind,
         order=order,
-        sizes=usable_sizes(sizes, len(order)) if sizes else [],
+        sizes=usable_sizes(sizes, len(order), garment_count=len(splits)),
         held_out=[item for split in splits.values() for item in split.test],
         splits=splits,
     )

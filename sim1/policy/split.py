@@ -68,7 +68,10 @@ def split_by_garment(trajectories: Sequence[Trajectory], test_share: float, seed
 
 
 def nested_order(trajectories: Sequence[Trajectory], rng: np.random.Generator) -> list[Trajectory]:
-    """Random order in which the garments take turns: every prefix is a balanced training set, and larger ones hold smaller."""
+    """Random order in which the garments take turns, while they last: larger prefixes hold smaller ones.
+
+    A prefix that has as many trajectories as there are garments, or more, shows all of them; a smaller one does not.
+    """
     queues: dict[str, list[Trajectory]] = {}
     for item in trajectories:
         queues.setdefault(item.garment, []).append(item)
@@ -78,12 +81,14 @@ def nested_order(trajectories: Sequence[Trajectory], rng: np.random.Generator) -
     ]
 
 
-def usable_sizes(requested: Sequence[int], available: int) -> list[int]:
+def usable_sizes(requested: Sequence[int], available: int, garment_count: int = 1) -> list[int]:
     """Requested training sizes; those beyond what is available become one size, all that is available.
 
-    A size that this one exceeds by less than a quarter is left out: its point would say the same.
+    A size that this one exceeds by less than a quarter is left out: its point would say the same. Sizes below the number of
+    garments become that number: a policy is tested on all garments, and what it was not shown says nothing of its size.
     """
-    sizes = {size for size in requested if 0 < size <= available}
-    if available > 0 and max(requested, default=0) > available:
+    wanted = {max(size, garment_count) for size in requested if size > 0}
+    sizes = {size for size in wanted if size <= available}
+    if available > 0 and max(wanted, default=0) > available:
         sizes = {size for size in sizes if size * 1.25 <= available} | {available}
     return sorted(sizes)

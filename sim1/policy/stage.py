@@ -18,7 +18,8 @@ class PolicyConfig:
     """Training on generated and on real trajectories, and trials in a simulated cell."""
 
     seed: int = 0  # of the split, the order of the trajectories and the placements of the trials
-    sizes: tuple[int, ...] = (2, 4, 8, 16)  # generated trajectories to train on; beyond what there is, all there is
+    # Trajectories to train on: of all garments together, at least one each; beyond what there is, all there is.
+    sizes: tuple[int, ...] = (2, 4, 8, 16)  # generated
     simulated_sizes: tuple[int, ...] = (4,)  # demonstrations in the simulator, to compare with; empty: none
     real_sizes: tuple[int, ...] = (1, 2, 4)  # demonstrations in what plays reality, likewise
     seeds: tuple[int, ...] = (0, 1)  # one model per size and seed

@@ -69,11 +69,14 @@ def test_a_lone_trajectory_trains_and_tests_nothing(trajectories):
     assert (len(split.train), len(split.test), split.kind) == (1, 0, "none")
 
 
-def test_small_training_sets_are_balanced_and_lie_within_larger_ones(trajectories):
+def test_garments_take_turns_in_training_sets_while_their_trajectories_last(trajectories):
     order = nested_order(trajectories, random_stream(0))
     assert {(item.garment, item.name) for item in order} == {(item.garment, item.name) for item in trajectories}
     for size in (2, 4, 6):
         assert sum(item.garment == "towel" for item in order[:size]) == size // 2
+    few_shirts = [item for item in trajectories if item.garment == "towel" or item.name == "0000"]
+    garments = [item.garment for item in nested_order(few_shirts, random_stream(0))]
+    assert garments == ["towel", "tshirt", "towel", "towel", "towel", "towel"]
 
 
 def test_sizes_beyond_what_there_is_become_all_there_is():
@@ -82,3 +85,10 @@ def test_sizes_beyond_what_there_is_become_all_there_is():
     assert usable_sizes((2, 4, 8), 9) == [2, 4, 8]
     assert usable_sizes((2, 4), 1) == [1]
     assert usable_sizes((2, 4), 0) == []
+
+
+def test_sizes_below_the_number_of_garments_become_one_trajectory_of_each():
+    assert usable_sizes((1, 2, 4, 8), 12, garment_count=4) == [4, 8]
+    assert usable_sizes((1, 2), 12, garment_count=3) == [3]
+    assert usable_sizes((1, 2), 4, garment_count=4) == [4]
+    assert usable_sizes((0,), 4, garment_count=4) == []

@@ -54,7 +54,7 @@ def a_policy(folder):
     }
     trials = {
         "each": 30,
-        "models": [],
+        "models": {},
         "garments": ["towel"],
         "shifts": ["in-domain", "spatial"],
         "friction_factors": [],

@@ -80,6 +80,35 @@ def test_demonstrations_of_either_world_teach_beside_the_generated_ones_and_real
     assert set(trials["trained_on"]) == set(KINDS)
 
 
+def test_every_model_has_learnt_from_the_garments_that_it_drives(tmp_path, dataset, bench, trajectories):
+    """Two garments are generated, one of them is demonstrated; a size of one is too small for two."""
+    towels = [item for item in trajectories if item.garment == "towel"]
+    demos = {"towel": write_demonstrations(tmp_path / "demos", towels)}
+    out, config = tmp_path / "p", replace(CONFIG, sizes=(1, 4), real_sizes=(1, 2), seeds=(0,), trial_count=1)
+    out.mkdir()
+    policy({"dataset": {"": dataset.path}, "real_demos": demos}, out, config)
+    about = json.loads((out / "policy.json").read_text())
+    assert {kind: lesson["sizes"] for kind, lesson in about["lessons"].items()} == {GENERATED: [2, 4], REAL: [1, 2]}
+    assert about["lessons"][GENERATED]["requested_sizes"] == [1, 4]
+    trials = pd.read_parquet(out / "evaluation.parquet")
+    assert trials.groupby("garment")["trained_on"].unique().map(set).to_dict() == {
+        "towel": {GENERATED, REAL},
+        "tshirt": {GENERATED},
+    }
+    for trial in trials.itertuples():
+        training_set = about["lessons"][trial.trained_on]["training_sets"][str(trial.size)]
+        assert trial.garment in {name.split("/")[0] for name in training_set}
+
+
+def test_the_check_sees_a_garment_that_a_model_was_not_shown(artifact):
+    path = artifact[0] / "policy.json"
+    about = json.loads(path.read_text())
+    sets = about["lessons"][GENERATED]["training_sets"]
+    sets["2"] = [name for name in sets["2"] if not name.startswith("towel/")]
+    path.write_text(json.dumps(about))
+    assert failed(check_policy(artifact[0])) == ["nobody_drives_what_it_was_not_shown"]
+
+
 def test_without_real_demonstrations_it_is_said_why(tmp_path, dataset, bench):
     (tmp_path / "none").mkdir()
     (tmp_path / "none" / "none.json").write_text('{"why": "nobody asked"}')
