@@ -16,6 +16,7 @@ from sim1.policy.model import ChunkPolicy, save_policy
 from sim1.policy.pictures import draw_command
 from sim1.policy.rollout import Driving
 from sim1.policy.stage import PolicyConfig
+from sim1.policy.time_limit import time_limits
 from sim1.policy.training import TrainingPlan, open_loop_error, train
 from sim1.policy.trial_crew import Plan, run_trials
 from sim1.policy.trial_strips import draw_trials
@@ -35,7 +36,8 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     dataset = only(inputs, "dataset")
     demos = {SIMULATED: inputs.get("seed_demos", {}), REAL: inputs.get("real_demos", {})}
     rate_hz = read_rate_hz(dataset)
-    lessons = read_lessons(dataset, demos, config)
+    known = read_lessons(dataset, demos, config)
+    lessons = [lesson for lesson in known if lesson.sizes]
     generated = lessons[0]
     garments = sorted(generated.splits)
     plan = TrainingPlan(
@@ -58,14 +60,14 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         replan_frames=min(max(1, round(config.replan_s * rate_hz)), plan.chunk_frames),
         decay=config.ensemble_decay,
     )
-    duration_s = config.time_factor * max(len(item.state) for lesson in lessons for item in lesson.order) / rate_hz
     driven = trial_garments(garments, config)
+    limits = time_limits(known, driven, config.time_factor, rate_hz)
     trials = Plan(
         inputs={name: places for name, places in inputs.items() if name != "dataset"},
         models=out / "policies",
         drivers={name: drivers(lessons, name, config) for name in driven},
         keypoints={name: read_keypoints(dataset, name) for name in driven},
-        settings=TrialSettings(driving=driving, duration_s=duration_s, config=config),
+        settings=TrialSettings(driving=driving, limits=limits, config=config),
     )
     with within(TRAINING_SHARE, 1.0):
         rows, strips = run_trials(trials, out / "trials", config.processes)
@@ -81,13 +83,14 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         "no_real_demonstrations": None if any(lesson.kind == REAL for lesson in lessons) else none_because(demos[REAL]),
         "training": asdict(plan),
         "driving": asdict(driving),
-        "trial_duration_s": duration_s,
         "trials": {
             "worlds": sorted({row["world"] for row in rows}),
             "garments": driven,
             "models": {name: [list(key) for key in keys] for name, keys in trials.drivers.items()},
             "shifts": list(config.shifts),
             "each": config.trial_count,
+            "time_factor": config.time_factor,
+            "time_limits": {name: asdict(limit) for name, limit in limits.items()},
             "laid_m": config.laid_m,
             "shift_m": config.shift_m,
             "turn_rad": config.turn_rad,

@@ -47,7 +47,9 @@ class Lesson:
 
 
 def read_lessons(dataset: Path, demos: Mapping[str, Mapping[str, Path]], config: PolicyConfig) -> list[Lesson]:
-    """The generated trajectories of a dataset, and demonstrations (artifacts by kind and garment) where there are any.
+    """The generated trajectories of a dataset, then demonstrations (artifacts by kind and garment), in the order of `KINDS`.
+
+    Of those without sizes there are none, or nobody asks to learn from them.
 
     Raises:
         BadInput: files are damaged, or there is nothing to train on.
@@ -66,7 +68,7 @@ def read_lessons(dataset: Path, demos: Mapping[str, Mapping[str, Path]], config:
             for item in _demonstrations(folder, garment, read_keypoints(dataset, garment), stride, kind)
         ]
         lessons.append(_lesson(kind, shown, sizes, config))
-    return [lesson for lesson in lessons if lesson.sizes]
+    return lessons
 
 
 def none_because(demos: Mapping[str, Path]) -> str:

@@ -125,11 +125,16 @@ def _trials(about: Mapping[str, Any]) -> str:
         "turn_deg": np.degrees(trials["turn_rad"]),
         "factors": " and ".join(map(str, trials["friction_factors"])),
     }
+    times = ", ".join(
+        f"{garment} {limit['duration_s']:.1f} s (by {NAMES[limit['longest_of']]})"
+        for garment, limit in trials["time_limits"].items()
+    )
     drivers = {tuple(key) for keys in trials["models"].values() for key in keys}
     meant = "; ".join(f"{shift}: {SHIFTS[shift].format(**size)}" for shift in trials["shifts"])
     return (
-        f"Closed loop: {trials['each']} trials of {about['trial_duration_s']:.1f} s for each of {len(drivers)} models, each "
-        f"of these garments that it has learnt from: {', '.join(trials['garments']) or 'none'}, and each shift; networks of one seed meet the same placements, those of another seed others. {meant}."
+        f"Closed loop: {trials['each']} trials for each of {len(drivers)} models, each "
+        f"of these garments that it has learnt from: {', '.join(trials['garments']) or 'none'}, and each shift; networks of one seed meet the same placements, those of another seed others. {meant}. "
+        f"A trial lasts {trials['time_factor']:g} times the longest trajectory of its garment: {times or 'none'}."
     )
 
 

@@ -47,7 +47,7 @@ class PolicyConfig:
     turn_rad: float = Field(math.radians(15), ge=0)  # and turned within this angle (paper: 15 degrees)
     friction_factors: tuple[float, ...] = (0.6, 1.6)  # friction: of all contacts, in turn; garment as in-domain
     processes: int = Field(0, ge=0)  # trials at once; 0: one per core
-    time_factor: float = Field(1.2, gt=0)  # a trial lasts this many times the longest training trajectory
+    time_factor: float = Field(1.2, gt=0)  # a trial lasts this many times its garment's longest real demonstration
 
 
 @stage_config

@@ -18,6 +18,7 @@ from sim1.policy.lessons import NAMES, ModelKey
 from sim1.policy.model import ChunkPolicy
 from sim1.policy.rollout import Driving, Start, roll_out
 from sim1.policy.stage import PolicyConfig
+from sim1.policy.time_limit import TimeLimit
 from sim1.quota import Ticket
 from sim1.recording.reality import read_world
 from sim1.robot.expert_task import read_task
@@ -79,7 +80,7 @@ class TrialSettings:
     """What all trials share."""
 
     driving: Driving
-    duration_s: float
+    limits: Mapping[str, TimeLimit]  # by garment
     config: PolicyConfig
 
 
@@ -98,7 +99,7 @@ def run_trial(
     placement = random_placement(stream, radius_m, turn_rad, centre)
     moved = bench.start.garment_m @ placement[:3, :3].T + placement[:3, 3]
     start = Start(garment_m=moved, joints_rad=bench.start.joints_rad, openness=bench.start.openness)
-    duration_s, history = settings.duration_s, []
+    duration_s, history = settings.limits[trial.garment].duration_s, []
     try:
         for garment_m in roll_out(bench.cell, start, model, trial.garment, keypoints, settings.driving, duration_s):
             history.append(garment_m)

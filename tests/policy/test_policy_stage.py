@@ -4,12 +4,11 @@ import hashlib
 import json
 from dataclasses import replace
 
-import numpy as np
 import pandas as pd
 import pytest
 from made_up_cell import CONFIG, failed
+from made_up_dataset import write_demonstrations
 
-from sim1.episode import Episode, write_episode
 from sim1.policy.lessons import GENERATED, KINDS, REAL
 from sim1.policy.model import load_policy, save_policy
 from sim1.policy.stage import (
@@ -36,24 +35,6 @@ def test_every_model_and_every_trial_is_there(artifact):
     assert set(trials["size"]) == {2, 6}
     assert not trials["success"].any()
     assert set(trials["failure"]) == {"not_folded"}
-
-
-def write_demonstrations(folder, trajectories):
-    """Real demonstrations in the cell's format: the towel's made-up trajectories at 30 Hz, and one that failed."""
-    for number, item in enumerate(trajectories):
-        often = [np.repeat(array, 3, axis=0) for array in (item.state, item.action, item.keypoints)]
-        state, action = (array.reshape(-1, 2, 7) for array in often[:2])
-        episode = Episode(
-            time_s=np.arange(len(state)) / 30,
-            joints_rad=state[..., :6],
-            openness=state[..., 6],
-            command_joints_rad=action[..., :6],
-            command_openness=action[..., 6],
-            garment_m=often[2].reshape(len(state), -1, 3),
-            about={"success": number > 0, "sources": []},
-        )
-        write_episode(folder / "episodes" / f"{number:04d}", episode)
-    return folder
 
 
 def test_demonstrations_of_either_world_teach_beside_the_generated_ones_and_real_ones_test_all(
