@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,8 @@ from sim1.policy.time_limit import TimeLimit
 from sim1.quota import Ticket
 from sim1.recording.reality import read_world
 from sim1.robot.expert_task import read_task
+from sim1.robot.session import settle
+from sim1.robot.stage import RealDemosConfig
 from sim1.scene.description import read_scene
 from sim1.stage import BadInput, Inputs, random_stream
 from sim1.validity.raster import render_head_view
@@ -137,16 +140,16 @@ def _title(row: Mapping[str, Any]) -> str:
 
 
 def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: float = 1.0) -> Bench:
-    """A cell with a garment as the expert found it, and the judge of its task.
+    """A cell with a garment as the expert found it there, and the judge of its task.
 
     In `reality` the fabric, air and friction are those of the stand-in, which no stage that made training data has seen, at finer
-    steps. Where reality is real cloth, and in `simulator`, it is the cell that the training data come from. Friction of all
-    contacts is taken times `friction_factor`.
+    steps, and the garment lies as that fabric does. Where reality is real cloth, and in `simulator`, it is the cell that the
+    training data come from. Friction of all contacts is taken times `friction_factor`, after the garment was laid down.
 
     Raises:
         BadInput: an artifact of that garment is missing or damaged.
     """
-    for name in ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality"):
+    for name in ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality", "real_demos"):
         if garment not in inputs.get(name, {}):
             raise BadInput(f"stage input {name!r}: none for garment {garment!r}; materialize it first")
     mesh = read_garment_mesh(inputs["garment_mesh"][garment])
@@ -156,7 +159,6 @@ def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: fl
     if not folders:
         raise BadInput(f"{demos}/episodes: empty; the arms' starting pose is taken from the first demonstration")
     first = read_episode(folders[0])
-    garment_m = read_start(demos)
     try:
         numerics = CellConfig(**first.about["cell"])
     except (KeyError, TypeError, ValueError) as error:
@@ -175,12 +177,23 @@ def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: fl
 
     world = REALITY if trials_in == "reality" and read_world(inputs["reality"][garment]) else SIMULATOR
     source = "reality" if world == REALITY else "calibrated_physics"
-    physics = rubbed(read_physics(inputs[source][garment] / "cell.yaml"), friction_factor)
+    physics = read_physics(inputs[source][garment] / "cell.yaml")
     if world == REALITY:
         numerics = replace(numerics, substeps=FINER * numerics.substeps)
-    cell = Cell(mesh, scene, physics, numerics)
+        garment_m = _start_in_reality(inputs["real_demos"][garment], lambda: Cell(mesh, scene, physics, numerics))
+    else:
+        garment_m = read_start(demos)
+    cell = Cell(mesh, scene, rubbed(physics, friction_factor), numerics)
     start = Start(garment_m=garment_m, joints_rad=first.joints_rad[0], openness=first.openness[0])
     return Bench(world=world, cell=cell, start=start, judge=decide, look=look)
+
+
+def _start_in_reality(demos: Path, make_cell: Callable[[], Cell]) -> np.ndarray:
+    """The garment (v, 3) m as real demonstrations began; where it was not demonstrated, settled in the same way in a cell of that world."""
+    if not (demos / "none.json").exists():
+        return read_start(demos)
+    usual = RealDemosConfig()
+    return settle(make_cell(), longest_s=usual.settle_s, rest_speed_m_s=usual.rest_speed_m_s).astype(float)
 
 
 def rubbed(physics: ClothPhysics, factor: float) -> ClothPhysics:

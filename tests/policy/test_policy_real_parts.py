@@ -55,7 +55,16 @@ def episode(number: int) -> Episode:
 def inputs(tmp_path_factory):
     """Every input of the stage, made by the stages that make it, but for painted frames and arms that only wave."""
     folder = tmp_path_factory.mktemp("parts")
-    names = ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality", "rendered", "dataset")
+    names = (
+        "garment_mesh",
+        "scene",
+        "calibrated_physics",
+        "seed_demos",
+        "reality",
+        "real_demos",
+        "rendered",
+        "dataset",
+    )
     place = {name: folder / name for name in names}
     for path in place.values():
         path.mkdir()
@@ -77,6 +86,7 @@ def inputs(tmp_path_factory):
     task = yaml.safe_load((ROOT / "data" / "tasks" / "towel.yaml").read_text())
     (place["seed_demos"] / "task.json").write_text(json.dumps(task))
     np.savez(place["seed_demos"] / "start.npz", garment_m=episode(0).garment_m[0])
+    (place["real_demos"] / "none.json").write_text('{"why": "nobody asked"}')
     np.savez(place["rendered"] / "garment.npz", rest_m=TOWEL.rest_m, faces=TOWEL.faces)
     for number in range(3):
         write_episode(place["seed_demos"] / "episodes" / f"{number:04d}", episode(number))
@@ -89,7 +99,7 @@ def inputs(tmp_path_factory):
         place["dataset"],
         DatasetConfig(),
     )
-    stages = ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality")
+    stages = ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality", "real_demos")
     given = {name: {"towel": place[name]} for name in stages}
     return {**given, "dataset": {"": place["dataset"]}}
 
@@ -140,6 +150,36 @@ def test_where_reality_is_real_cloth_trials_are_in_the_simulator_and_say_so(inpu
     bundle = {"recordings": {"towel": tmp_path}, "garment": {"towel": tmp_path}}
     reality(bundle, tmp_path, RealityConfig())
     assert open_bench({**inputs, "reality": {"towel": tmp_path}}, "towel", "reality").world == SIMULATOR
+
+
+def test_a_trial_in_the_stand_in_reality_begins_as_real_demonstrations_do_whatever_made_the_training_data(
+    inputs, tmp_path
+):
+    lying = episode(0).garment_m[0] + np.float32(0.003)
+    np.savez(tmp_path / "start.npz", garment_m=lying)
+    given = {**inputs, "real_demos": {"towel": tmp_path}}
+    for friction_factor in (1.0, 0.6):
+        bench = open_bench(given, "towel", "reality", friction_factor)
+        np.testing.assert_array_equal(bench.start.garment_m, lying)
+    trained = open_bench(given, "towel", "simulator").start.garment_m
+    np.testing.assert_array_equal(trained, episode(0).garment_m[0])
+    with pytest.raises(BadInput, match=r"start\.npz: not a readable start .* make the demonstrations again"):
+        open_bench({**given, "real_demos": {"towel": tmp_path / "lost"}}, "towel", "reality")
+
+
+def test_a_garment_that_was_not_demonstrated_there_is_laid_down_as_its_fabric_lies_there(inputs, tmp_path):
+    demos = shutil.copytree(inputs["seed_demos"]["towel"], tmp_path / "demos")
+    np.savez(demos / "start.npz", garment_m=episode(0).garment_m[0] + np.float32(0.05))
+    given = {**inputs, "seed_demos": {"towel": demos}}
+    bench, slippery = (open_bench(given, "towel", "reality", factor) for factor in (1.0, 0.6))
+    cell, start = bench.cell, bench.start
+    np.testing.assert_array_equal(slippery.start.garment_m, start.garment_m)  # friction changes once it lies
+    assert np.ptp(start.garment_m[:, 2]) < 0.002  # on the table, not in the air where the training data begin
+    assert start.garment_m[:, 2].max() < 0.01
+    cell.reset(start.garment_m, start.joints_rad, start.openness)
+    for _ in range(5):
+        cell.step(start.joints_rad, start.openness)
+    assert np.abs(cell.garment_m - start.garment_m).max() < 5e-4  # and it lies still
 
 
 def test_demonstrations_that_hide_their_numerics_are_named(tmp_path, inputs):
