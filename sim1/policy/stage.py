@@ -46,7 +46,7 @@ class PolicyConfig:
     shift_m: float = Field(0.08, ge=0)  # spatial: moved within this radius (paper, section 4.1: 8 cm)
     turn_rad: float = Field(math.radians(15), ge=0)  # and turned within this angle (paper: 15 degrees)
     friction_factors: tuple[float, ...] = (0.6, 1.6)  # friction: of all contacts, in turn; garment as in-domain
-    processes: int = Field(0, ge=0)  # trials at once; 0: one per core
+    processes: int = Field(0, ge=0, exclude=True)  # trials at once; 0: one per core; no part of the recipe
     time_factor: float = Field(1.2, gt=0)  # a trial lasts this many times its garment's longest real demonstration
 
 

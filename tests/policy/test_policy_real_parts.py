@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -193,11 +194,32 @@ def test_demonstrations_that_hide_their_numerics_are_named(tmp_path, inputs):
         open_bench({**inputs, "seed_demos": {"towel": demos}}, "towel", "simulator")
 
 
+CONFIG = PolicyConfig(
+    sizes=(2,),
+    seeds=(0,),
+    steps=30,
+    width=16,
+    depth=1,
+    trial_count=1,
+    shifts=("spatial",),
+    time_factor=0.5,
+    processes=1,
+)
+
+
+@pytest.mark.slow
+def test_two_processes_write_the_bytes_that_one_writes(tmp_path, inputs):
+    contents = []
+    for processes in (1, 2):
+        out = tmp_path / str(processes)
+        out.mkdir()
+        policy(inputs, out, replace(CONFIG, processes=processes, trial_count=3, shifts=("in-domain", "friction")))
+        contents.append({path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()})
+    assert contents[0] == contents[1]
+
+
 def test_a_policy_drives_the_simulated_cell_and_is_judged(tmp_path, inputs):
-    config = PolicyConfig(
-        sizes=(2,), seeds=(0,), steps=30, width=16, depth=1, trial_count=1, shifts=("spatial",), time_factor=0.5
-    )
-    facts = policy(inputs, tmp_path, config)
+    facts = policy(inputs, tmp_path, CONFIG)
     assert [finding.name for finding in check_policy(tmp_path) if not finding.passed and finding.blocking] == []
     trial = pd.read_parquet(tmp_path / "evaluation.parquet").iloc[0]
     assert facts["success_count"] == 0
