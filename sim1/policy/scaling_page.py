@@ -51,8 +51,8 @@ def write_scaling_page(out: Path, about: Mapping[str, Any]) -> None:
                 *([] if REAL in lessons else [f"No real demonstrations: {about['no_real_demonstrations']}."]),
                 "Smaller training sets lie within larger ones. Garments take turns in them while their trajectories last, and each set shows all "
                 "garments that there are of its kind: sizes below their number were raised to it.",
-                "Held out of the generated: every trajectory that uses one source demonstration per garment (split “source”); other "
-                "sources may be shared with training. Split “trajectory”: every trajectory uses every source, so single "
+                "Held out of the generated: every trajectory that uses one of the held-out source demonstrations of its garment (split “source”), "
+                "as many as bring the share near to what is asked for; other sources may be shared with training. Split “trajectory”: every trajectory uses every source, so single "
                 "trajectories were held out, which is the weaker test. Split “none”: too few to hold any out.",
                 "Action error: mean absolute difference between the predicted chunk of joint commands and the recorded one. "
                 "Standing still is the error of a policy that does nothing.",

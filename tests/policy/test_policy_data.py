@@ -1,6 +1,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from made_up_dataset import toy_trajectory
 
 from sim1.policy.episodes import read_trajectories
 from sim1.policy.split import nested_order, split_garment, usable_sizes
@@ -49,10 +50,35 @@ def test_nothing_of_the_held_out_demonstration_is_in_training(trajectories):
     towels = [item for item in trajectories if item.garment == "towel"]
     split = split_garment(towels, 0.3, random_stream(0))
     assert split.kind == "source"
-    assert split.held_out_source == "0002"  # used by 2 of 5, the others by 3 of 5
+    assert split.held_out_sources == ("0002",)  # used by 2 of 5, the others by 3 of 5
     assert all("0002" in item.sources for item in split.test)
     assert all("0002" not in item.sources for item in split.train)
     assert len(split.train) + len(split.test) == len(towels)
+
+
+def alone(count):
+    """Trajectories of a demonstration each."""
+    return [toy_trajectory("towel", f"{place:04d}", {f"{place:04d}"}, seed=place) for place in range(count)]
+
+
+@pytest.mark.parametrize(
+    ("count", "share", "held_out"), [(24, 0.25, 6), (200, 0.25, 50), (4, 0.25, 1), (3, 0.9, 2), (2, 0.1, 1)]
+)
+def test_as_many_demonstrations_are_held_out_as_bring_their_share_nearest_and_never_all(count, share, held_out):
+    split = split_garment(alone(count), share, random_stream(0))
+    assert split.kind == "source"
+    assert len(split.held_out_sources) == len(split.test) == held_out
+    assert len(split.train) == count - held_out
+    assert {source for item in split.test for source in item.sources} == set(split.held_out_sources)
+    again = split_garment(alone(count), share, random_stream(1))
+    assert again.held_out_sources == split.held_out_sources
+
+
+def test_a_further_demonstration_that_overshoots_by_more_is_not_held_out():
+    """Of twelve trajectories, four are of each demonstration: four are nearer to five than eight."""
+    shared = [toy_trajectory("towel", f"{place:04d}", {f"{place % 3:04d}"}, seed=place) for place in range(12)]
+    assert split_garment(shared, 5 / 12, random_stream(0)).held_out_sources == ("0000",)
+    assert split_garment(shared, 7 / 12, random_stream(0)).held_out_sources == ("0000", "0001")
 
 
 def test_a_source_that_all_use_cannot_be_held_out_and_the_split_says_so(trajectories):

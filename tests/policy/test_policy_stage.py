@@ -107,7 +107,7 @@ def test_held_out_trajectories_never_train(artifact, dataset):
     lesson = about["lessons"][GENERATED]
     trained = set(lesson["training_sets"][str(max(lesson["sizes"]))])
     assert trained.isdisjoint({f"{row.garment}/{row.trajectory}" for row in tested.itertuples()})
-    assert {row["split"] for row in lesson["splits"]} == {"source"}
+    assert [(row["split"], row["held-out sources"]) for row in lesson["splits"]] == 2 * [("source", ["0002"])]
 
 
 def test_same_config_same_bytes(tmp_path, dataset, bench, artifact):
@@ -157,6 +157,7 @@ def test_scaling_report_states_its_counts_and_stands_alone(tmp_path, artifact):
     page = (out / "report.html").read_text()
     assert "0 of 4 = 0 % (95 % interval 0 to 49 %)" in page
     assert "scripted expert" in page
+    assert "<td>0002</td>" in page  # the demonstrations that are held out
     assert "Not known" in page
     page = page.replace("\N{NO-BREAK SPACE}", " ").replace("0 of 4", "4 of 4")
     (out / "report.html").write_text(page + '<img src="https://example.org/x.png">')
