@@ -103,7 +103,7 @@ def read_start(demos: Path) -> np.ndarray:
         with np.load(path, allow_pickle=False) as data:
             return data["garment_m"].astype(float)
     except (OSError, KeyError, ValueError) as error:
-        raise BadInput(f"{path}: not a readable start ({error}); make seed_demos again") from error
+        raise BadInput(f"{path}: not a readable start ({error}); make the demonstrations again") from error
 
 
 def episode_folders(artifact: Path) -> list[Path]:

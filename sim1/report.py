@@ -44,7 +44,9 @@ def write_report(path: Path, title: str, lead: str, sections: Sequence[Section])
 
 
 def format_value(value: Any) -> str:
-    """A table cell: four significant digits, yes/no, a dash for what is not known."""
+    """A table cell: four significant digits, yes/no, items of a list, a dash for what is not known or an empty list."""
+    if isinstance(value, list):
+        return ", ".join(map(format_value, value)) or "–"
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "–"
     if isinstance(value, bool):

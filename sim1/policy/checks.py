@@ -43,8 +43,8 @@ def check_experiment(artifact: Path) -> list[Finding]:
     plan = about["trials"]
     wanted = {
         (*key, garment, shift, trial)
-        for key in plan["models"]
-        for garment in plan["garments"]
+        for garment, drivers in plan["models"].items()
+        for key in drivers
         for shift in plan["shifts"]
         for trial in range(plan["each"])
     }
@@ -55,6 +55,19 @@ def check_experiment(artifact: Path) -> list[Finding]:
             name="every_trial_accounted_for",
             passed=sorted(rows) == sorted(wanted),
             detail=f"{len(rows)} rows of {len(wanted)} planned trials",
+        )
+    )
+    strangers = [
+        f"{garment} by {ModelKey(*key).file}"
+        for garment, drivers in plan["models"].items()
+        for key in drivers
+        if not _was_shown(garment, about["lessons"][key[0]]["training_sets"][str(key[1])])
+    ]
+    findings.append(
+        Finding(
+            name="nobody_drives_what_it_was_not_shown",
+            passed=not strangers,
+            detail=f"garments that no training trajectory shows: {', '.join(strangers) or 'none'}",
         )
     )
     silent = int((~trials["success"].astype(bool) & trials["failure"].isna()).sum())
@@ -84,6 +97,11 @@ def check_experiment(artifact: Path) -> list[Finding]:
             )
         )
     return findings
+
+
+def _was_shown(garment: str, training_set: list[str]) -> bool:
+    """`training_set`: trajectories as `GARMENT/NAME`."""
+    return any(name.startswith(f"{garment}/") for name in training_set)
 
 
 def check_curve(artifact: Path) -> list[Finding]:

@@ -12,10 +12,11 @@ import pandas as pd
 from sim1.picture_file import save_figure
 from sim1.policy.episodes import read_keypoints, read_rate_hz
 from sim1.policy.lessons import GENERATED, REAL, SIMULATED, Lesson, ModelKey, none_because, read_lessons
-from sim1.policy.model import SCHEMA, ChunkPolicy, save_policy
+from sim1.policy.model import ChunkPolicy, save_policy
 from sim1.policy.pictures import draw_command
 from sim1.policy.rollout import Driving
 from sim1.policy.stage import PolicyConfig
+from sim1.policy.time_limit import time_limits
 from sim1.policy.training import TrainingPlan, open_loop_error, train
 from sim1.policy.trial_crew import Plan, run_trials
 from sim1.policy.trial_strips import draw_trials
@@ -26,6 +27,7 @@ from sim1.stage import Facts, Inputs, only
 OPEN_LOOP_COLUMNS = (
     "trained_on", "size", "seed", "tested_on", "garment", "trajectory", "joint_error_rad", "openness_error", "hold_joint_error_rad",
 )  # fmt: skip
+ABOUT_SCHEMA = "sim1.policy_result/2"  # of policy.json
 TRAINING_SHARE = 0.2  # of the progress bar; trials in the simulator take the rest
 
 
@@ -34,7 +36,8 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     dataset = only(inputs, "dataset")
     demos = {SIMULATED: inputs.get("seed_demos", {}), REAL: inputs.get("real_demos", {})}
     rate_hz = read_rate_hz(dataset)
-    lessons = read_lessons(dataset, demos, config)
+    known = read_lessons(dataset, demos, config)
+    lessons = [lesson for lesson in known if lesson.sizes]
     generated = lessons[0]
     garments = sorted(generated.splits)
     plan = TrainingPlan(
@@ -57,15 +60,14 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         replan_frames=min(max(1, round(config.replan_s * rate_hz)), plan.chunk_frames),
         decay=config.ensemble_decay,
     )
-    duration_s = config.time_factor * max(len(item.state) for lesson in lessons for item in lesson.order) / rate_hz
     driven = trial_garments(garments, config)
+    limits = time_limits(known, driven, config.time_factor, rate_hz)
     trials = Plan(
         inputs={name: places for name, places in inputs.items() if name != "dataset"},
         models=out / "policies",
-        keys=tuple(key for lesson in lessons for key in trial_models(lesson, config)),
-        garments=tuple(driven),
+        drivers={name: drivers(lessons, name, config) for name in driven},
         keypoints={name: read_keypoints(dataset, name) for name in driven},
-        settings=TrialSettings(driving=driving, duration_s=duration_s, config=config),
+        settings=TrialSettings(driving=driving, limits=limits, config=config),
     )
     with within(TRAINING_SHARE, 1.0):
         rows, strips = run_trials(trials, out / "trials", config.processes)
@@ -74,20 +76,21 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     pd.DataFrame(errors, columns=list(OPEN_LOOP_COLUMNS)).to_parquet(out / "open_loop.parquet", index=False)
     pd.DataFrame(rows, columns=list(TRIAL_COLUMNS)).to_parquet(out / "evaluation.parquet", index=False)
     about = {
-        "schema": SCHEMA,
+        "schema": ABOUT_SCHEMA,
         "rate_hz": rate_hz,
         "seeds": list(config.seeds),
         "lessons": {lesson.kind: _told(lesson, config) for lesson in lessons},
         "no_real_demonstrations": None if any(lesson.kind == REAL for lesson in lessons) else none_because(demos[REAL]),
         "training": asdict(plan),
         "driving": asdict(driving),
-        "trial_duration_s": duration_s,
         "trials": {
             "worlds": sorted({row["world"] for row in rows}),
             "garments": driven,
-            "models": [list(key) for key in trials.keys],
+            "models": {name: [list(key) for key in keys] for name, keys in trials.drivers.items()},
             "shifts": list(config.shifts),
             "each": config.trial_count,
+            "time_factor": config.time_factor,
+            "time_limits": {name: asdict(limit) for name, limit in limits.items()},
             "laid_m": config.laid_m,
             "shift_m": config.shift_m,
             "turn_rad": config.turn_rad,
@@ -122,6 +125,11 @@ def trial_models(lesson: Lesson, config: PolicyConfig) -> list[ModelKey]:
     ends = list(dict.fromkeys([sizes[-1], sizes[0], *reversed(sizes)]))[: config.evaluate_sizes]
     seeds = config.seeds[: config.evaluate_seeds]
     return [ModelKey(lesson.kind, size, seed) for size, seed in product(sorted(ends), seeds)]
+
+
+def drivers(lessons: Sequence[Lesson], garment: str, config: PolicyConfig) -> tuple[ModelKey, ...]:
+    """The models that drive with a garment: those of lessons that show it."""
+    return tuple(key for lesson in lessons if garment in lesson.splits for key in trial_models(lesson, config))
 
 
 def trial_garments(garments: Sequence[str], config: PolicyConfig) -> list[str]:

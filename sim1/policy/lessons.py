@@ -37,17 +37,19 @@ class ModelKey(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Lesson:
-    """Trajectories of one kind: every prefix of `order` is a training set, `held_out` is in none."""
+    """Trajectories of one kind: prefixes of `order` are training sets, each of all garments; `held_out` is in none."""
 
     kind: str
     order: list[Trajectory]
     sizes: list[int]
     held_out: list[Trajectory]
-    splits: Mapping[str, GarmentSplit]
+    splits: Mapping[str, GarmentSplit]  # by garment that it shows
 
 
 def read_lessons(dataset: Path, demos: Mapping[str, Mapping[str, Path]], config: PolicyConfig) -> list[Lesson]:
-    """The generated trajectories of a dataset, and demonstrations (artifacts by kind and garment) where there are any.
+    """The generated trajectories of a dataset, then demonstrations (artifacts by kind and garment), in the order of `KINDS`.
+
+    Of those without sizes there are none, or nobody asks to learn from them.
 
     Raises:
         BadInput: files are damaged, or there is nothing to train on.
@@ -66,7 +68,7 @@ def read_lessons(dataset: Path, demos: Mapping[str, Mapping[str, Path]], config:
             for item in _demonstrations(folder, garment, read_keypoints(dataset, garment), stride, kind)
         ]
         lessons.append(_lesson(kind, shown, sizes, config))
-    return [lesson for lesson in lessons if lesson.sizes]
+    return lessons
 
 
 def none_because(demos: Mapping[str, Path]) -> str:
@@ -82,7 +84,7 @@ def _lesson(kind: str, items: Sequence[Trajectory], sizes: Sequence[int], config
     return Lesson(
         kind=kind,
         order=order,
-        sizes=usable_sizes(sizes, len(order)) if sizes else [],
+        sizes=usable_sizes(sizes, len(order), garment_count=len(splits)),
         held_out=[item for split in splits.values() for item in split.test],
         splits=splits,
     )

@@ -49,9 +49,10 @@ def write_scaling_page(out: Path, about: Mapping[str, Any]) -> None:
                     for kind, lesson in lessons.items()
                 ],
                 *([] if REAL in lessons else [f"No real demonstrations: {about['no_real_demonstrations']}."]),
-                "Smaller training sets lie within larger ones and hold the garments in equal parts.",
-                "Held out of the generated: every trajectory that uses one source demonstration per garment (split “source”); other "
-                "sources may be shared with training. Split “trajectory”: every trajectory uses every source, so single "
+                "Smaller training sets lie within larger ones. Garments take turns in them while their trajectories last, and each set shows all "
+                "garments that there are of its kind: sizes below their number were raised to it.",
+                "Held out of the generated: every trajectory that uses one of the held-out source demonstrations of its garment (split “source”), "
+                "as many as bring the share near to what is asked for; other sources may be shared with training. Split “trajectory”: every trajectory uses every source, so single "
                 "trajectories were held out, which is the weaker test. Split “none”: too few to hold any out.",
                 "Action error: mean absolute difference between the predicted chunk of joint commands and the recorded one. "
                 "Standing still is the error of a policy that does nothing.",
@@ -124,10 +125,16 @@ def _trials(about: Mapping[str, Any]) -> str:
         "turn_deg": np.degrees(trials["turn_rad"]),
         "factors": " and ".join(map(str, trials["friction_factors"])),
     }
+    times = ", ".join(
+        f"{garment} {limit['duration_s']:.1f} s (by {NAMES[limit['longest_of']]})"
+        for garment, limit in trials["time_limits"].items()
+    )
+    drivers = {tuple(key) for keys in trials["models"].values() for key in keys}
     meant = "; ".join(f"{shift}: {SHIFTS[shift].format(**size)}" for shift in trials["shifts"])
     return (
-        f"Closed loop: {trials['each']} trials of {about['trial_duration_s']:.1f} s for each of {len(trials['models'])} models, each "
-        f"of these garments: {', '.join(trials['garments']) or 'none'}, and each shift; networks of one seed meet the same placements, those of another seed others. {meant}."
+        f"Closed loop: {trials['each']} trials for each of {len(drivers)} models, each "
+        f"of these garments that it has learnt from: {', '.join(trials['garments']) or 'none'}, and each shift; networks of one seed meet the same placements, those of another seed others. {meant}. "
+        f"A trial lasts {trials['time_factor']:g} times the longest trajectory of its garment: {times or 'none'}."
     )
 
 

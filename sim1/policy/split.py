@@ -17,7 +17,7 @@ class GarmentSplit:
     train: list[Trajectory]
     test: list[Trajectory]
     kind: Literal["source", "trajectory", "none"]  # what the test trajectories do not share with training
-    held_out_source: str | None  # the demonstration that no training trajectory uses
+    held_out_sources: tuple[str, ...]  # the demonstrations that no training trajectory uses
 
     def as_row(self, garment: str) -> dict[str, object]:
         """A row of a report's table."""
@@ -26,38 +26,52 @@ class GarmentSplit:
             "train": len(self.train),
             "held out": len(self.test),
             "split": self.kind,
-            "held-out source": self.held_out_source,
+            "held-out sources": list(self.held_out_sources),
         }
 
 
 def split_garment(trajectories: Sequence[Trajectory], test_share: float, rng: np.random.Generator) -> GarmentSplit:
-    """Hold out every trajectory that uses one source demonstration.
+    """Hold out every trajectory that uses one of some source demonstrations.
 
     Generated motion mixes segments of several demonstrations, so test trajectories may share other sources with
-    training; nothing of the held-out one is in training. The source is the one whose share of the trajectories comes
-    nearest to `test_share`. Where no source leaves both sides filled, single trajectories are held out (kind "trajectory");
+    training; nothing of the held-out ones is in training. There are as many of these as bring the share of the trajectories
+    near to `test_share`. Where no source leaves both sides filled, single trajectories are held out (kind "trajectory");
     a lone trajectory trains and nothing is tested (kind "none").
     """
     if len(trajectories) < 2:
-        return GarmentSplit(train=list(trajectories), test=[], kind="none", held_out_source=None)
-    uses = {
-        source: sum(source in item.sources for item in trajectories)
-        for source in sorted(set().union(*(item.sources for item in trajectories)))
-    }
-    usable = [source for source, count in uses.items() if count < len(trajectories)]
-    if usable:
-        source = min(usable, key=lambda name: abs(uses[name] / len(trajectories) - test_share))
-        test = [item for item in trajectories if source in item.sources]
-        train = [item for item in trajectories if source not in item.sources]
-        return GarmentSplit(train=train, test=test, kind="source", held_out_source=source)
+        return GarmentSplit(train=list(trajectories), test=[], kind="none", held_out_sources=())
+    if held_out := _sources_to_hold_out(trajectories, test_share):
+        test = [item for item in trajectories if not item.sources.isdisjoint(held_out)]
+        train = [item for item in trajectories if item.sources.isdisjoint(held_out)]
+        return GarmentSplit(train=train, test=test, kind="source", held_out_sources=tuple(held_out))
     count = min(max(1, round(test_share * len(trajectories))), len(trajectories) - 1)
     chosen = set(rng.permutation(len(trajectories))[:count].tolist())
     return GarmentSplit(
         train=[item for place, item in enumerate(trajectories) if place not in chosen],
         test=[item for place, item in enumerate(trajectories) if place in chosen],
         kind="trajectory",
-        held_out_source=None,
+        held_out_sources=(),
     )
+
+
+def _sources_to_hold_out(trajectories: Sequence[Trajectory], test_share: float) -> list[str]:
+    """The source that by itself comes nearest to the share, then others one by one, while the next comes nearer; names sorted.
+
+    Of equally near ones the first by name. Something is left to train on: sources without which nothing would be are not taken, and
+    where that is every one, there is none.
+    """
+    sources = sorted(set().union(*(item.sources for item in trajectories)))
+    uses = np.array([[source in item.sources for source in sources] for item in trajectories], dtype=bool)
+    wanted = test_share * len(trajectories)
+    held, chosen, off = np.zeros(len(trajectories), dtype=bool), [], np.inf
+    while sources:
+        counts = (uses | held[:, None]).sum(axis=0)
+        offs = np.where(counts < len(trajectories), np.abs(counts - wanted), np.inf)
+        best = int(offs.argmin())
+        if offs[best] >= off:  # those that are taken change nothing and are no nearer
+            break
+        chosen, held, off = [*chosen, sources[best]], held | uses[:, best], offs[best]
+    return sorted(chosen)
 
 
 def split_by_garment(trajectories: Sequence[Trajectory], test_share: float, seed: int) -> dict[str, GarmentSplit]:
@@ -68,7 +82,10 @@ def split_by_garment(trajectories: Sequence[Trajectory], test_share: float, seed
 
 
 def nested_order(trajectories: Sequence[Trajectory], rng: np.random.Generator) -> list[Trajectory]:
-    """Random order in which the garments take turns: every prefix is a balanced training set, and larger ones hold smaller."""
+    """Random order in which the garments take turns, while they last: larger prefixes hold smaller ones.
+
+    A prefix that has as many trajectories as there are garments, or more, shows all of them; a smaller one does not.
+    """
     queues: dict[str, list[Trajectory]] = {}
     for item in trajectories:
         queues.setdefault(item.garment, []).append(item)
@@ -78,12 +95,14 @@ def nested_order(trajectories: Sequence[Trajectory], rng: np.random.Generator) -
     ]
 
 
-def usable_sizes(requested: Sequence[int], available: int) -> list[int]:
+def usable_sizes(requested: Sequence[int], available: int, garment_count: int = 1) -> list[int]:
     """Requested training sizes; those beyond what is available become one size, all that is available.
 
-    A size that this one exceeds by less than a quarter is left out: its point would say the same.
+    A size that this one exceeds by less than a quarter is left out: its point would say the same. Sizes below the number of
+    garments become that number: a policy is tested on all garments, and what it was not shown says nothing of its size.
     """
-    sizes = {size for size in requested if 0 < size <= available}
-    if available > 0 and max(requested, default=0) > available:
+    wanted = {max(size, garment_count) for size in requested if size > 0}
+    sizes = {size for size in wanted if size <= available}
+    if available > 0 and max(wanted, default=0) > available:
         sizes = {size for size in sizes if size * 1.25 <= available} | {available}
     return sorted(sizes)

@@ -18,7 +18,8 @@ class PolicyConfig:
     """Training on generated and on real trajectories, and trials in a simulated cell."""
 
     seed: int = 0  # of the split, the order of the trajectories and the placements of the trials
-    sizes: tuple[int, ...] = (2, 4, 8, 16)  # generated trajectories to train on; beyond what there is, all there is
+    # Trajectories to train on: of all garments together, at least one each; beyond what there is, all there is.
+    sizes: tuple[int, ...] = (2, 4, 8, 16)  # generated
     simulated_sizes: tuple[int, ...] = (4,)  # demonstrations in the simulator, to compare with; empty: none
     real_sizes: tuple[int, ...] = (1, 2, 4)  # demonstrations in what plays reality, likewise
     seeds: tuple[int, ...] = (0, 1)  # one model per size and seed
@@ -45,8 +46,8 @@ class PolicyConfig:
     shift_m: float = Field(0.08, ge=0)  # spatial: moved within this radius (paper, section 4.1: 8 cm)
     turn_rad: float = Field(math.radians(15), ge=0)  # and turned within this angle (paper: 15 degrees)
     friction_factors: tuple[float, ...] = (0.6, 1.6)  # friction: of all contacts, in turn; garment as in-domain
-    processes: int = Field(0, ge=0)  # trials at once; 0: one per core
-    time_factor: float = Field(1.2, gt=0)  # a trial lasts this many times the longest training trajectory
+    processes: int = Field(0, ge=0, exclude=True)  # trials at once; 0: one per core; no part of the recipe
+    time_factor: float = Field(1.2, gt=0)  # a trial lasts this many times its garment's longest real demonstration
 
 
 @stage_config

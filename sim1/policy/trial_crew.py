@@ -28,8 +28,7 @@ class Plan:
 
     inputs: Inputs
     models: Path  # folder of policy files
-    keys: tuple[ModelKey, ...]  # who drives
-    garments: tuple[str, ...]
+    drivers: Mapping[str, tuple[ModelKey, ...]]  # by garment
     keypoints: Mapping[str, np.ndarray]  # by garment
     settings: TrialSettings
 
@@ -39,9 +38,9 @@ class Plan:
         config = self.settings.config
         return [
             Trial(model=key, garment=garment, shift=shift, number=number)
-            for garment in self.garments
+            for garment, keys in self.drivers.items()
             for shift in config.shifts
-            for key in self.keys
+            for key in keys
             for number in range(config.trial_count)
         ]
 

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,12 @@ from sim1.policy.lessons import NAMES, ModelKey
 from sim1.policy.model import ChunkPolicy
 from sim1.policy.rollout import Driving, Start, roll_out
 from sim1.policy.stage import PolicyConfig
+from sim1.policy.time_limit import TimeLimit
 from sim1.quota import Ticket
 from sim1.recording.reality import read_world
 from sim1.robot.expert_task import read_task
+from sim1.robot.session import settle
+from sim1.robot.stage import RealDemosConfig
 from sim1.scene.description import read_scene
 from sim1.stage import BadInput, Inputs, random_stream
 from sim1.validity.raster import render_head_view
@@ -79,7 +83,7 @@ class TrialSettings:
     """What all trials share."""
 
     driving: Driving
-    duration_s: float
+    limits: Mapping[str, TimeLimit]  # by garment
     config: PolicyConfig
 
 
@@ -98,7 +102,7 @@ def run_trial(
     placement = random_placement(stream, radius_m, turn_rad, centre)
     moved = bench.start.garment_m @ placement[:3, :3].T + placement[:3, 3]
     start = Start(garment_m=moved, joints_rad=bench.start.joints_rad, openness=bench.start.openness)
-    duration_s, history = settings.duration_s, []
+    duration_s, history = settings.limits[trial.garment].duration_s, []
     try:
         for garment_m in roll_out(bench.cell, start, model, trial.garment, keypoints, settings.driving, duration_s):
             history.append(garment_m)
@@ -136,16 +140,16 @@ def _title(row: Mapping[str, Any]) -> str:
 
 
 def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: float = 1.0) -> Bench:
-    """A cell with a garment as the expert found it, and the judge of its task.
+    """A cell with a garment as the expert found it there, and the judge of its task.
 
     In `reality` the fabric, air and friction are those of the stand-in, which no stage that made training data has seen, at finer
-    steps. Where reality is real cloth, and in `simulator`, it is the cell that the training data come from. Friction of all
-    contacts is taken times `friction_factor`.
+    steps, and the garment lies as that fabric does. Where reality is real cloth, and in `simulator`, it is the cell that the
+    training data come from. Friction of all contacts is taken times `friction_factor`, after the garment was laid down.
 
     Raises:
         BadInput: an artifact of that garment is missing or damaged.
     """
-    for name in ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality"):
+    for name in ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality", "real_demos"):
         if garment not in inputs.get(name, {}):
             raise BadInput(f"stage input {name!r}: none for garment {garment!r}; materialize it first")
     mesh = read_garment_mesh(inputs["garment_mesh"][garment])
@@ -155,7 +159,6 @@ def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: fl
     if not folders:
         raise BadInput(f"{demos}/episodes: empty; the arms' starting pose is taken from the first demonstration")
     first = read_episode(folders[0])
-    garment_m = read_start(demos)
     try:
         numerics = CellConfig(**first.about["cell"])
     except (KeyError, TypeError, ValueError) as error:
@@ -174,12 +177,23 @@ def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: fl
 
     world = REALITY if trials_in == "reality" and read_world(inputs["reality"][garment]) else SIMULATOR
     source = "reality" if world == REALITY else "calibrated_physics"
-    physics = rubbed(read_physics(inputs[source][garment] / "cell.yaml"), friction_factor)
+    physics = read_physics(inputs[source][garment] / "cell.yaml")
     if world == REALITY:
         numerics = replace(numerics, substeps=FINER * numerics.substeps)
-    cell = Cell(mesh, scene, physics, numerics)
+        garment_m = _start_in_reality(inputs["real_demos"][garment], lambda: Cell(mesh, scene, physics, numerics))
+    else:
+        garment_m = read_start(demos)
+    cell = Cell(mesh, scene, rubbed(physics, friction_factor), numerics)
     start = Start(garment_m=garment_m, joints_rad=first.joints_rad[0], openness=first.openness[0])
     return Bench(world=world, cell=cell, start=start, judge=decide, look=look)
+
+
+def _start_in_reality(demos: Path, make_cell: Callable[[], Cell]) -> np.ndarray:
+    """The garment (v, 3) m as real demonstrations began; where it was not demonstrated, settled in the same way in a cell of that world."""
+    if not (demos / "none.json").exists():
+        return read_start(demos)
+    usual = RealDemosConfig()
+    return settle(make_cell(), longest_s=usual.settle_s, rest_speed_m_s=usual.rest_speed_m_s).astype(float)
 
 
 def rubbed(physics: ClothPhysics, factor: float) -> ClothPhysics:

@@ -172,14 +172,22 @@ def test_an_unknown_setting_is_refused_with_stage_and_key():
         check_configs(broken)
 
 
-def test_how_many_processes_render_is_no_part_of_the_recipe_of_frames():
-    node = load_graph(Home(REPOSITORY), "smoke").nodes["rendered_episodes"]
+@pytest.mark.parametrize(
+    ("stage", "how", "what"),
+    [
+        ("rendered_episodes", {"workers": 3, "threads": 2}, {"samples": 9}),
+        ("policy", {"processes": 3}, {"trial_count": 9}),
+        ("image_policy", {"workers": 3, "checkpoint_s": 7.0}, {"batch": 9}),
+    ],
+)
+def test_how_many_processes_do_it_and_how_often_they_save_is_no_part_of_a_recipe(stage, how, what):
+    node = load_graph(Home(REPOSITORY), "smoke").nodes[stage]
 
-    def recorded(**settings):
+    def recorded(settings):
         return resolved_config(type(node)(stage=node.stage, variant=None, config={**node.config, **settings}))
 
-    assert recorded(workers=3, threads=2) == recorded()
-    assert recorded(samples=9) != recorded()
+    assert recorded(how) == recorded({})
+    assert recorded(what) != recorded({})
 
 
 def test_a_garment_with_a_name_that_is_no_key_is_refused(project):

@@ -167,6 +167,15 @@ def test_a_killed_and_resumed_training_ends_with_the_bytes_of_an_undisturbed_one
     assert digests(tmp_path / "killed", resumed) == digests(tmp_path / "whole", whole)
 
 
+@pytest.mark.slow
+def test_who_decodes_the_videos_changes_no_byte(tmp_path, dataset, config, episodes):
+    """Over more than an epoch: worker processes are kept, and read ahead. That saving changes none is seen where one is killed."""
+    plain, losses = fit(dataset, config, episodes, tmp_path / "plain")
+    other, again = fit(dataset, config, episodes, tmp_path / "other", replace(PLAN, workers=2))
+    assert again == losses
+    assert digests(tmp_path / "other", other) == digests(tmp_path / "plain", plain)
+
+
 def test_a_damaged_checkpoint_is_named(tmp_path, dataset, config, episodes):
     often = replace(PLAN, checkpoint_s=0.0)
     kill_at(3, dataset, config, episodes, tmp_path, often)

@@ -7,6 +7,7 @@ from made_up_cell import CONFIG, ObedientCell, look, start
 from sim1.film_strip import FilmStrip, draw_strips, film_strip, first_of_each, laid_down, read_strip, write_strip
 from sim1.policy.lessons import GENERATED, REAL, ModelKey
 from sim1.policy.rollout import Driving
+from sim1.policy.time_limit import TimeLimit
 from sim1.policy.trial_strips import chosen, draw_trials
 from sim1.policy.trials import BROKEN, SIMULATOR, Bench, Trial, TrialSettings, run_trial
 
@@ -72,7 +73,8 @@ def test_the_title_says_who_drove_from_where_and_a_broken_simulation_is_shown_up
             return np.zeros((1, 5, 14))
 
     bench = Bench(world=SIMULATOR, cell=ObedientCell(breaks_at=5), start=start(), judge=lambda history: None, look=look)
-    settings = TrialSettings(driving=Driving(rate_hz=10, replan_frames=5, decay=0.0), duration_s=3.0, config=CONFIG)
+    limits = {"towel": TimeLimit(duration_s=3.0, longest_of=REAL)}
+    settings = TrialSettings(driving=Driving(rate_hz=10, replan_frames=5, decay=0.0), limits=limits, config=CONFIG)
     trial = Trial(model=ModelKey(REAL, 4, 1), garment="towel", shift="spatial", number=3)
     made, strip = run_trial(bench, trial, Still(), np.arange(4), settings)
     assert made["failure"] == BROKEN

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +56,16 @@ def episode(number: int) -> Episode:
 def inputs(tmp_path_factory):
     """Every input of the stage, made by the stages that make it, but for painted frames and arms that only wave."""
     folder = tmp_path_factory.mktemp("parts")
-    names = ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality", "rendered", "dataset")
+    names = (
+        "garment_mesh",
+        "scene",
+        "calibrated_physics",
+        "seed_demos",
+        "reality",
+        "real_demos",
+        "rendered",
+        "dataset",
+    )
     place = {name: folder / name for name in names}
     for path in place.values():
         path.mkdir()
@@ -77,6 +87,7 @@ def inputs(tmp_path_factory):
     task = yaml.safe_load((ROOT / "data" / "tasks" / "towel.yaml").read_text())
     (place["seed_demos"] / "task.json").write_text(json.dumps(task))
     np.savez(place["seed_demos"] / "start.npz", garment_m=episode(0).garment_m[0])
+    (place["real_demos"] / "none.json").write_text('{"why": "nobody asked"}')
     np.savez(place["rendered"] / "garment.npz", rest_m=TOWEL.rest_m, faces=TOWEL.faces)
     for number in range(3):
         write_episode(place["seed_demos"] / "episodes" / f"{number:04d}", episode(number))
@@ -89,7 +100,7 @@ def inputs(tmp_path_factory):
         place["dataset"],
         DatasetConfig(),
     )
-    stages = ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality")
+    stages = ("garment_mesh", "scene", "calibrated_physics", "seed_demos", "reality", "real_demos")
     given = {name: {"towel": place[name]} for name in stages}
     return {**given, "dataset": {"": place["dataset"]}}
 
@@ -142,6 +153,36 @@ def test_where_reality_is_real_cloth_trials_are_in_the_simulator_and_say_so(inpu
     assert open_bench({**inputs, "reality": {"towel": tmp_path}}, "towel", "reality").world == SIMULATOR
 
 
+def test_a_trial_in_the_stand_in_reality_begins_as_real_demonstrations_do_whatever_made_the_training_data(
+    inputs, tmp_path
+):
+    lying = episode(0).garment_m[0] + np.float32(0.003)
+    np.savez(tmp_path / "start.npz", garment_m=lying)
+    given = {**inputs, "real_demos": {"towel": tmp_path}}
+    for friction_factor in (1.0, 0.6):
+        bench = open_bench(given, "towel", "reality", friction_factor)
+        np.testing.assert_array_equal(bench.start.garment_m, lying)
+    trained = open_bench(given, "towel", "simulator").start.garment_m
+    np.testing.assert_array_equal(trained, episode(0).garment_m[0])
+    with pytest.raises(BadInput, match=r"start\.npz: not a readable start .* make the demonstrations again"):
+        open_bench({**given, "real_demos": {"towel": tmp_path / "lost"}}, "towel", "reality")
+
+
+def test_a_garment_that_was_not_demonstrated_there_is_laid_down_as_its_fabric_lies_there(inputs, tmp_path):
+    demos = shutil.copytree(inputs["seed_demos"]["towel"], tmp_path / "demos")
+    np.savez(demos / "start.npz", garment_m=episode(0).garment_m[0] + np.float32(0.05))
+    given = {**inputs, "seed_demos": {"towel": demos}}
+    bench, slippery = (open_bench(given, "towel", "reality", factor) for factor in (1.0, 0.6))
+    cell, start = bench.cell, bench.start
+    np.testing.assert_array_equal(slippery.start.garment_m, start.garment_m)  # friction changes once it lies
+    assert np.ptp(start.garment_m[:, 2]) < 0.002  # on the table, not in the air where the training data begin
+    assert start.garment_m[:, 2].max() < 0.01
+    cell.reset(start.garment_m, start.joints_rad, start.openness)
+    for _ in range(5):
+        cell.step(start.joints_rad, start.openness)
+    assert np.abs(cell.garment_m - start.garment_m).max() < 5e-4  # and it lies still
+
+
 def test_demonstrations_that_hide_their_numerics_are_named(tmp_path, inputs):
     demos = tmp_path / "demos"
     shutil.copytree(inputs["seed_demos"]["towel"], demos)
@@ -153,11 +194,32 @@ def test_demonstrations_that_hide_their_numerics_are_named(tmp_path, inputs):
         open_bench({**inputs, "seed_demos": {"towel": demos}}, "towel", "simulator")
 
 
+CONFIG = PolicyConfig(
+    sizes=(2,),
+    seeds=(0,),
+    steps=30,
+    width=16,
+    depth=1,
+    trial_count=1,
+    shifts=("spatial",),
+    time_factor=0.5,
+    processes=1,
+)
+
+
+@pytest.mark.slow
+def test_two_processes_write_the_bytes_that_one_writes(tmp_path, inputs):
+    contents = []
+    for processes in (1, 2):
+        out = tmp_path / str(processes)
+        out.mkdir()
+        policy(inputs, out, replace(CONFIG, processes=processes, trial_count=3, shifts=("in-domain", "friction")))
+        contents.append({path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()})
+    assert contents[0] == contents[1]
+
+
 def test_a_policy_drives_the_simulated_cell_and_is_judged(tmp_path, inputs):
-    config = PolicyConfig(
-        sizes=(2,), seeds=(0,), steps=30, width=16, depth=1, trial_count=1, shifts=("spatial",), time_factor=0.5
-    )
-    facts = policy(inputs, tmp_path, config)
+    facts = policy(inputs, tmp_path, CONFIG)
     assert [finding.name for finding in check_policy(tmp_path) if not finding.passed and finding.blocking] == []
     trial = pd.read_parquet(tmp_path / "evaluation.parquet").iloc[0]
     assert facts["success_count"] == 0

@@ -54,16 +54,17 @@ def a_policy(folder):
     }
     trials = {
         "each": 30,
-        "models": [],
+        "models": {},
         "garments": ["towel"],
         "shifts": ["in-domain", "spatial"],
         "friction_factors": [],
+        "time_factor": 1.2,
+        "time_limits": {"towel": {"duration_s": 9.0, "longest_of": REAL}},
     }
     about = {
         "lessons": lessons,
         "seeds": [0],
         "no_real_demonstrations": None,
-        "trial_duration_s": 9.0,
         "trials": {**trials, "laid_m": 0.01, "shift_m": 0.08, "turn_rad": 0.26},
     }
     (folder / "policy.json").write_text(json.dumps(about))

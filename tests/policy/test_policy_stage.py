@@ -4,12 +4,11 @@ import hashlib
 import json
 from dataclasses import replace
 
-import numpy as np
 import pandas as pd
 import pytest
 from made_up_cell import CONFIG, failed
+from made_up_dataset import write_demonstrations
 
-from sim1.episode import Episode, write_episode
 from sim1.policy.lessons import GENERATED, KINDS, REAL
 from sim1.policy.model import load_policy, save_policy
 from sim1.policy.stage import (
@@ -38,24 +37,6 @@ def test_every_model_and_every_trial_is_there(artifact):
     assert set(trials["failure"]) == {"not_folded"}
 
 
-def write_demonstrations(folder, trajectories):
-    """Real demonstrations in the cell's format: the towel's made-up trajectories at 30 Hz, and one that failed."""
-    for number, item in enumerate(trajectories):
-        often = [np.repeat(array, 3, axis=0) for array in (item.state, item.action, item.keypoints)]
-        state, action = (array.reshape(-1, 2, 7) for array in often[:2])
-        episode = Episode(
-            time_s=np.arange(len(state)) / 30,
-            joints_rad=state[..., :6],
-            openness=state[..., 6],
-            command_joints_rad=action[..., :6],
-            command_openness=action[..., 6],
-            garment_m=often[2].reshape(len(state), -1, 3),
-            about={"success": number > 0, "sources": []},
-        )
-        write_episode(folder / "episodes" / f"{number:04d}", episode)
-    return folder
-
-
 def test_demonstrations_of_either_world_teach_beside_the_generated_ones_and_real_ones_test_all(
     tmp_path, dataset, bench, trajectories
 ):
@@ -80,6 +61,35 @@ def test_demonstrations_of_either_world_teach_beside_the_generated_ones_and_real
     assert set(trials["trained_on"]) == set(KINDS)
 
 
+def test_every_model_has_learnt_from_the_garments_that_it_drives(tmp_path, dataset, bench, trajectories):
+    """Two garments are generated, one of them is demonstrated; a size of one is too small for two."""
+    towels = [item for item in trajectories if item.garment == "towel"]
+    demos = {"towel": write_demonstrations(tmp_path / "demos", towels)}
+    out, config = tmp_path / "p", replace(CONFIG, sizes=(1, 4), real_sizes=(1, 2), seeds=(0,), trial_count=1)
+    out.mkdir()
+    policy({"dataset": {"": dataset.path}, "real_demos": demos}, out, config)
+    about = json.loads((out / "policy.json").read_text())
+    assert {kind: lesson["sizes"] for kind, lesson in about["lessons"].items()} == {GENERATED: [2, 4], REAL: [1, 2]}
+    assert about["lessons"][GENERATED]["requested_sizes"] == [1, 4]
+    trials = pd.read_parquet(out / "evaluation.parquet")
+    assert trials.groupby("garment")["trained_on"].unique().map(set).to_dict() == {
+        "towel": {GENERATED, REAL},
+        "tshirt": {GENERATED},
+    }
+    for trial in trials.itertuples():
+        training_set = about["lessons"][trial.trained_on]["training_sets"][str(trial.size)]
+        assert trial.garment in {name.split("/")[0] for name in training_set}
+
+
+def test_the_check_sees_a_garment_that_a_model_was_not_shown(artifact):
+    path = artifact[0] / "policy.json"
+    about = json.loads(path.read_text())
+    sets = about["lessons"][GENERATED]["training_sets"]
+    sets["2"] = [name for name in sets["2"] if not name.startswith("towel/")]
+    path.write_text(json.dumps(about))
+    assert failed(check_policy(artifact[0])) == ["nobody_drives_what_it_was_not_shown"]
+
+
 def test_without_real_demonstrations_it_is_said_why(tmp_path, dataset, bench):
     (tmp_path / "none").mkdir()
     (tmp_path / "none" / "none.json").write_text('{"why": "nobody asked"}')
@@ -97,7 +107,7 @@ def test_held_out_trajectories_never_train(artifact, dataset):
     lesson = about["lessons"][GENERATED]
     trained = set(lesson["training_sets"][str(max(lesson["sizes"]))])
     assert trained.isdisjoint({f"{row.garment}/{row.trajectory}" for row in tested.itertuples()})
-    assert {row["split"] for row in lesson["splits"]} == {"source"}
+    assert [(row["split"], row["held-out sources"]) for row in lesson["splits"]] == 2 * [("source", ["0002"])]
 
 
 def test_same_config_same_bytes(tmp_path, dataset, bench, artifact):
@@ -147,6 +157,7 @@ def test_scaling_report_states_its_counts_and_stands_alone(tmp_path, artifact):
     page = (out / "report.html").read_text()
     assert "0 of 4 = 0 % (95 % interval 0 to 49 %)" in page
     assert "scripted expert" in page
+    assert "<td>0002</td>" in page  # the demonstrations that are held out
     assert "Not known" in page
     page = page.replace("\N{NO-BREAK SPACE}", " ").replace("0 of 4", "4 of 4")
     (out / "report.html").write_text(page + '<img src="https://example.org/x.png">')

@@ -30,7 +30,7 @@ def picture(tmp_path):
 
 def test_page_needs_no_other_file_and_shows_what_it_was_given(tmp_path, picture):
     path = tmp_path / "report.html"
-    rows = [{"stage": "scan", "error_mm": 0.123456, "done": True}, {"stage": "mesh", "error_mm": None}]
+    rows = [{"stage": "scan", "error_mm": 0.123456, "done": True}, {"stage": "mesh", "error_mm": None, "of": ["a", 2]}]
     write_report(
         path,
         "Title <1>",
@@ -49,6 +49,7 @@ def test_page_needs_no_other_file_and_shows_what_it_was_given(tmp_path, picture)
     assert '<th class="number">error mm</th>' in page
     assert "0.1235" in page
     assert ">–</td>" in page
+    assert ">a, 2</td>" in page
 
 
 def test_columns_of_one_quantity_stand_under_one_heading(tmp_path):

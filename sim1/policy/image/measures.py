@@ -13,7 +13,7 @@ from sim1.policy.image.shifts import IN_DOMAIN, TITLES
 from sim1.stage import random_stream
 from sim1.statistics import Interval, bootstrap_mean_interval
 
-SCHEMA = "sim1.image_policy_result/1"  # of image_policy.json
+SCHEMA = "sim1.image_policy_result/2"  # of image_policy.json
 DATASET, BLANK = "dataset", "no_picture"
 ALL_TITLES = {DATASET: "as in the dataset", **TITLES, BLANK: "no picture, its mean colour"}
 

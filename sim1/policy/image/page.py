@@ -129,7 +129,7 @@ def _method(about: Mapping[str, Any]) -> list[str]:
     every = about["evaluate_every"]
     return [
         f"{about['train_count']} training trajectories in {about['train_clips']} clips, {about['held_out_count']} held out. "
-        "Split “source”: every trajectory that uses one source demonstration was held out; other sources may be shared "
+        "Split “source”: every trajectory that uses one of the held-out source demonstrations was held out; other sources may be shared "
         "with training. Split “trajectory”: every trajectory uses every source, so single trajectories were held out, which is "
         "the weaker test. Split “none”: too few to hold any out. Normalisation comes from the training part alone.",
         f"Error: mean absolute difference between the predicted chunk of {about['chunk_frames']} commands and the recorded "

@@ -20,8 +20,9 @@ class ImagePolicyConfig:
     batch: int = Field(8, gt=0)  # frames per step
     chunk_s: float = Field(1.0, gt=0)  # commands predicted, and compared, at once
     device: Literal["auto", "cpu", "gpu"] = "auto"  # auto takes a GPU where there is one; gpu is not deterministic
-    workers: int = Field(0, ge=0)  # processes that decode videos; 0 decodes between the steps
-    checkpoint_s: float = Field(60.0, ge=0)  # a killed training loses at most that much
+    # These two change no byte of the policy, and so are no part of the recipe.
+    workers: int = Field(0, ge=0, exclude=True)  # processes that decode videos; 0 decodes between the steps
+    checkpoint_s: float = Field(60.0, ge=0, exclude=True)  # a killed training loses at most that much
     evaluate_every: int = Field(
         1, ge=1
     )  # only every so many frames of a held-out trajectory are tried, and rendered anew
