@@ -124,11 +124,11 @@ def attempt(
     def lay(part: Segment) -> Laid:
         before = source.garment_m[part.demo][part.start_frame]
         weight = grasp_weight(before, part.grasps, GRASP_REACH_M)
-        now = fitted_placement(before, np.asarray(cell.garment_m, float), weight)
-        target, (turn_share, lean), _ = reachable(part.path, draw.offset @ now, arms, part.joints_rad[0])
+        wanted = draw.offset @ fitted_placement(before, np.asarray(cell.garment_m, float), weight)
+        target, (turn_share, lean), _ = reachable(part.path, wanted, arms, part.joints_rad[0])
         about = {"segment": part.segment, "demo": part.demo, "order": part.order}
         sources.append(about | {"turn_share": turn_share, "lean_rad": lean})
-        return Laid(part=part, placement=now, path=target)
+        return Laid(part=part, placement=wanted, path=target)
 
     failure, detail = None, ""
     try:

@@ -182,9 +182,11 @@ def test_grasps_follow_the_garment(arms, demonstrated):
     assert np.abs(made.placement - np.eye(4)).max() > 0.01
 
 
-def test_a_perturbed_attempt_grasps_beside_the_place(arms, demonstrated):
-    plain = run(demonstrated, arms, seed=3)
-    beside = run(demonstrated, arms, seed=3, variation=Variation(**{**VARIATION.__dict__, "grasp_offset_m": 0.04}))
+@pytest.mark.parametrize("method", ["minimum_jerk", "straight", "slicing"])
+def test_a_perturbed_attempt_grasps_beside_the_place(arms, demonstrated, method):
+    aside = replace(VARIATION, grasp_offset_m=0.04)
+    plain, beside = (run(demonstrated, arms, 3, model=a_model(method), variation=it) for it in (VARIATION, aside))
+    assert (plain.failure, beside.failure) == (None, None)
     np.testing.assert_array_equal(plain.placement, beside.placement)
     lows = [arms.tool_path(item.episode.command_joints_rad, item.episode.command_openness) for item in (plain, beside)]
     closed = [path.position_m[path.openness[:, 0].argmin(), 0] for path in lows]
