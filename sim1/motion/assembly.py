@@ -81,11 +81,10 @@ class _Recorder:
         self.command_openness.append(np.array(opened))
         self.garment.append(np.array(self.cell.garment_m, np.float32))
 
-    def episode(self) -> Episode | None:
+    def episode(self, *, broke: bool) -> Episode | None:
         if not self.joints:
             return None
-        finite = np.isfinite(self.cell.garment_m).all()
-        if finite:  # the state that the last command led to
+        if not broke:  # the state that the last command led to; behind a break there is none to which a replay gets
             self._note(self.command_joints[-1], self.command_openness[-1])
         return Episode(
             time_s=np.arange(len(self.joints)) / RATE_HZ,
@@ -130,7 +129,7 @@ def attempt(
         sources.append(about | {"turn_share": turn_share, "lean_rad": lean})
         return Laid(part=part, placement=wanted, path=target)
 
-    failure, detail = None, ""
+    failure, detail, broke = None, "", False
     try:
         end = arms.tool_path(home.joints_rad[None], home.openness[None])
         carry_out(follower, segments, draw.picked, lay, end, model, variation.settle_s, lambda: rng)
@@ -139,8 +138,8 @@ def attempt(
     except Refused as error:
         failure, detail = error.failure, str(error)
     except broken as error:
-        failure, detail = "simulation broke", str(error)
+        failure, detail, broke = "simulation broke", str(error), True
     return Attempt(
-        episode=recorder.episode(), sources=sources, failure=failure, detail=detail, placement=placement,
+        episode=recorder.episode(broke=broke), sources=sources, failure=failure, detail=detail, placement=placement,
         speed_share=follower.speed_share,
     )  # fmt: skip

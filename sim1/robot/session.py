@@ -1,5 +1,6 @@
 """Running the cell: settle the garment, demonstrate a task, replay a recorded command stream."""
 
+from contextlib import suppress
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -90,11 +91,15 @@ def demonstrate(cell: Cell, task: Task, start_m: np.ndarray, variation: Variatio
 
 
 def replay(cell: Cell, episode: Episode) -> Episode:
-    """Drive the cell with a recorded command stream from the recorded first state; on CPU it gives the same bytes."""
+    """Drive the cell with a recorded command stream from the recorded first state; on CPU it gives the same bytes.
+
+    Where the simulation breaks, the replay ends with the frames until then, as an episode that breaks is recorded.
+    """
     cell.reset(episode.garment_m[0], episode.joints_rad[0], episode.openness[0])
     recorder = Recorder(cell)
-    for joints, openness in zip(episode.command_joints_rad, episode.command_openness):
-        recorder.step(joints, openness)
+    with suppress(SimulationBroke):
+        for joints, openness in zip(episode.command_joints_rad, episode.command_openness):
+            recorder.step(joints, openness)
     return recorder.episode(episode.about)
 
 

@@ -18,8 +18,8 @@ def findings(artifact: Path) -> list[Finding]:
     success_count = sum(bool(episode.about["success"]) for episode in episodes)
     beyond = max(float(np.maximum(lower - e.joints_rad, e.joints_rad - upper).max()) for e in episodes)
     asked = max(float(np.maximum(lower - e.command_joints_rad, e.command_joints_rad - upper).max()) for e in episodes)
-    fastest = max(float((np.abs(np.diff(e.joints_rad, axis=0)) * RATE_HZ / speed).max()) for e in episodes)
-    lag = max(float(np.abs(e.joints_rad[1:] - e.command_joints_rad[:-1]).max()) for e in episodes)
+    fastest = max(float((np.abs(np.diff(e.joints_rad, axis=0)) * RATE_HZ / speed).max(initial=0.0)) for e in episodes)
+    lag = max(float(np.abs(e.joints_rad[1:] - e.command_joints_rad[:-1]).max(initial=0.0)) for e in episodes)
     folded = [e for e in episodes if e.about["success"]]
     at_rest = min((float(e.garment_m[-1, :, 2].min()) for e in folded), default=0.0)
     pressed = min((float(e.garment_m[..., 2].min()) for e in folded), default=0.0)
@@ -33,9 +33,9 @@ def findings(artifact: Path) -> list[Finding]:
         ),
         Finding(
             name="replay_reproduces_demonstration",
-            passed=again["frame_count"] > 0 and again["largest_difference_m"] == 0.0,
-            detail=f"{again['frame_count']} frames of attempt {again['attempt']} again from its commands: largest"
-            f" difference of a vertex {again['largest_difference_m']} m, limit 0",
+            passed=0 < again["frame_count"] == again["recorded_count"] and again["largest_difference_m"] == 0.0,
+            detail=f"{again['frame_count']} of {again['recorded_count']} frames of attempt {again['attempt']} again from its"
+            f" commands: largest difference of a vertex {again['largest_difference_m']} m, limit 0",
         ),
         Finding(
             name="joints_within_limits",

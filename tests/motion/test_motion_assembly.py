@@ -4,20 +4,19 @@ import numpy as np
 import pytest
 from motion_synthetic import HOME, a_demo, a_model
 
+from sim1.cloth.cell import SimulationBroke
 from sim1.motion.assembly import attempt
 from sim1.motion.generation import quotas_of
 from sim1.motion.joining import Variation, skeleton
 from sim1.motion.placement import planar
 from sim1.motion.poses import ToolPath
 from sim1.motion.reaching import changed, reachable
+from sim1.motion.replay import compared
 from sim1.motion.stage import CandidateTrajectoriesConfig
 from sim1.robot.kinematics import Unreachable
+from sim1.robot.session import replay
 
 VARIATION = Variation(radius_m=0.05, angle_rad=0.2, grasp_offset_m=0.0, settle_s=0.2)
-
-
-class Broken(RuntimeError):
-    pass
 
 
 class RigidSheet:
@@ -33,14 +32,14 @@ class RigidSheet:
     def step(self, joints_rad, openness):
         self.steps += 1
         if self.steps == self.breaks_at:
-            raise Broken("vertex 3 is not finite")
+            raise SimulationBroke(self.steps, 3, "vertex 3 is not finite")
         self.joints_rad, self.openness = joints_rad, openness
 
 
 def run(demonstrated, arms, seed=0, cell=None, model=None, variation=VARIATION):
     segments, source = demonstrated
     rng = np.random.default_rng(seed)
-    return attempt(segments, source, model or a_model(), arms, cell or RigidSheet(), variation, rng, Broken)
+    return attempt(segments, source, model or a_model(), arms, cell or RigidSheet(), variation, rng, SimulationBroke)
 
 
 def test_a_skeleton_keeps_the_order_of_the_task_and_mixes_demonstrations():
@@ -203,7 +202,14 @@ def test_a_simulation_that_breaks_is_a_failure_with_the_frames_until_then(arms, 
     made = run(demonstrated, arms, cell=RigidSheet(breaks_at=20))
     assert made.failure == "simulation broke"
     assert "vertex 3" in made.detail
-    assert made.episode.frame_count in (20, 21)
+    assert made.episode.frame_count == 20
+
+
+def test_an_attempt_that_broke_is_replayed_to_where_it_broke(arms, demonstrated):
+    made = run(demonstrated, arms, cell=RigidSheet(breaks_at=20))
+    assert compared("0000", made.episode, replay(RigidSheet(breaks_at=20), made.episode)).same
+    sooner = compared("0000", made.episode, replay(RigidSheet(breaks_at=12), made.episode))
+    assert sooner.said() == "0000: 12 frames in place of 20"
 
 
 def test_a_hurried_transition_is_given_the_time_that_the_joints_need(arms, demonstrated):

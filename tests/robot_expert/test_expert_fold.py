@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import yaml
 
+import sim1.robot.demonstrations
+from sim1.cloth.cell import Cell, SimulationBroke
 from sim1.cloth.garment import grid_towel
 from sim1.cloth.physics import nominal_from_priors, write_physics
 from sim1.episode import read_episode, write_episode
@@ -95,6 +97,24 @@ def test_all_blocking_checks_pass_and_the_replay_of_the_whole_run_is_equal_to_th
     assert again["largest_difference_m"] == 0.0
 
 
+@pytest.mark.parametrize("breaks_at", [1, 30])
+def test_demonstrations_whose_simulation_breaks_fail_and_do_not_crash(inputs, tmp_path, monkeypatch, breaks_at):
+    def step(cell, joints_rad, openness):
+        steps(cell, joints_rad, openness)
+        if cell.frame == breaks_at:
+            raise SimulationBroke(cell.frame, 3, "vertex 3 flew away")
+
+    steps, lying = Cell.step, (TOWEL.rest_m + np.array([0.0, 0.0, 0.002])).astype(np.float32)
+    monkeypatch.setattr(Cell, "step", step)
+    monkeypatch.setattr(sim1.robot.demonstrations, "settle", lambda cell, **limits: lying)
+    config = SeedDemosConfig(demo_count=1, attempts=2, substeps=2, iterations=1)
+    facts = seed_demos(inputs, tmp_path, config)
+    assert [row["failure"] for row in facts["attempts"]] == ["simulation broke"] * 2
+    findings = {finding.name: finding for finding in check_seed_demos(tmp_path)}
+    assert findings["replay_reproduces_demonstration"].passed
+    assert not findings["a_demonstration_succeeds"].passed
+
+
 def test_an_episode_is_replayed_in_the_fabric_that_it_was_made_in(artifact, inputs, tmp_path):
     """Nothing of the calibration is asked: by now it may be another one."""
     out, _ = artifact
@@ -141,7 +161,7 @@ def test_damaged_demonstrations_do_not_pass_the_check(artifact, tmp_path):
 
 
 def test_a_task_out_of_reach_is_recorded_as_unreachable(inputs):
-    from sim1.cloth.cell import Cell, CellConfig
+    from sim1.cloth.cell import CellConfig
     from sim1.cloth.garment import read_garment_mesh
     from sim1.cloth.physics import read_physics
     from sim1.robot.expert_task import read_task
