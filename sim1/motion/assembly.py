@@ -42,7 +42,7 @@ class Source:
     """What the demonstrations give beside their segments."""
 
     home: Home
-    garment_m: dict[str, np.ndarray]  # demo -> (T, v, 3)
+    garment_m: dict[tuple[str, int], np.ndarray]  # demonstration and frame in which an interaction starts -> (v, 3)
     cell: Any = None  # sim1.cloth.cell.CellConfig of the demonstrations
 
 
@@ -121,7 +121,7 @@ def attempt(
     sources: list[dict[str, Any]] = []
 
     def lay(part: Segment) -> Laid:
-        before = source.garment_m[part.demo][part.start_frame]
+        before = source.garment_m[part.demo, part.start_frame]
         weight = grasp_weight(before, part.grasps, GRASP_REACH_M)
         wanted = draw.offset @ fitted_placement(before, np.asarray(cell.garment_m, float), weight)
         target, (turn_share, lean), _ = reachable(part.path, wanted, arms, part.joints_rad[0])

@@ -54,7 +54,7 @@ def watch(
     """Train, choose a threshold on clips of other demonstrations, test it on those of others again, decide whether it may decide."""
     torch.set_num_threads(1)
     rng = random_stream(config.seed, garment, "video_discriminator")
-    clips = [_labelled(item, mesh, scene, config) for item in read_examples(demos, candidates)]
+    clips = [_labelled(item, mesh, scene, config) for item in read_examples(demos, candidates, "clips")]
     good = sum(clip.success for clip in clips)
     counts = {"success_count": good, "failure_count": len(clips) - good}
     if min(good, len(clips) - good) == 0:

@@ -96,10 +96,11 @@ def in_two_steps(demonstrated):
                     "end_frame": part.end_frame + shift,
                 }
                 pool.append(part.__class__(**{**part.__dict__, **about}))
-    frames = max(part.end_frame for part in pool)
-    lying = np.repeat(source.home.start_m[None], frames, axis=0)
-    lying[frames // 2 :] += 0.5 * SheetThatIsPulled.SHIFT  # less than it is pulled in the attempts
-    return pool, replace(source, garment_m={"0000": lying, "0001": lying})
+    pulled = 0.5 * SheetThatIsPulled.SHIFT  # less than it is pulled in the attempts
+    half = max(part.end_frame for part in pool) // 2
+    start = source.home.start_m
+    lying = {(part.demo, part.start_frame): start + pulled * (part.start_frame >= half) for part in pool}
+    return pool, replace(source, garment_m=lying)
 
 
 def test_an_attempt_does_both_steps_in_order_and_its_interactions_come_from_any_demonstration(in_two_steps, arms):

@@ -1,13 +1,15 @@
 import json
 import shutil
+import weakref
 
 import numpy as np
 import pandas as pd
 import pytest
 from validity_synthetic import make_artifacts
 
+import sim1.validity.examples
 import sim1.validity.watching
-from sim1.episode import episode_folders
+from sim1.episode import episode_folders, read_episode
 from sim1.stage import BadInput
 from sim1.validity.deciding import compared_filters
 from sim1.validity.stage import (
@@ -184,6 +186,23 @@ def test_a_broken_floor_is_found(world, tmp_path):
     text = (tmp_path / "rules.yaml").read_text().replace("above: 0", "above: 90", 1)
     (tmp_path / "rules.yaml").write_text(text)
     assert "recall_floor" in names(check_state_rules(tmp_path), passed=False)
+
+
+@pytest.mark.parametrize(("stage", "config"), [(state_rules, StateRulesConfig()), (video_discriminator, TINY)])
+def test_of_many_trajectories_hardly_more_than_one_is_held_at_once(world, tmp_path, monkeypatch, stage, config):
+    _, inputs = world
+    read, held = [], []
+
+    def reading(folder):
+        held.append(sum(garment_m() is not None for garment_m in read))
+        episode = read_episode(folder)
+        read.append(weakref.ref(episode.garment_m))
+        return episode
+
+    monkeypatch.setattr(sim1.validity.examples, "read_episode", reading)
+    run(stage, inputs, tmp_path / "out", config)
+    assert len(held) == 8
+    assert max(held) == 1  # the one before, while the next is read
 
 
 def test_stages_write_the_same_bytes_again(world, tmp_path):
