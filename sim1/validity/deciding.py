@@ -91,13 +91,13 @@ def decide(inputs: Inputs, garment: str, config: ValidTrajectoriesConfig, out: P
 
 
 def decision(attempt: dict[str, Any], folder: Path, filters: Filters) -> dict[str, Any]:
-    """One row of the decisions: what each filter says of an attempt, and why it was rejected."""
+    """One row of the decisions: what each filter says of an attempt, and why it was rejected; raises BadInput."""
     config, reasons, broken, score = filters.config, [], [], None
     ran = bool(attempt["ran"])
     if ran:
         episode = read_episode(folder)
         broken = filters.rules.broken(episode_features(episode.garment_m, filters.reference))
-        score = filters.discriminator.score(read_clip(folder))
+        score = filters.discriminator.score(read_clip(folder), str(folder))
     else:
         reasons.append(f"did not run: {attempt['failure']}")
     video_passes = score is not None and score >= filters.discriminator.threshold

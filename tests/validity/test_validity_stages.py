@@ -1,6 +1,7 @@
 import json
 import shutil
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -24,6 +25,7 @@ from sim1.validity.stage import (
     video_discriminator,
 )
 
+USUAL = ValidTrajectoriesConfig()
 TESTED = 2  # of three demonstrations with as many failures each
 TINY = VideoDiscriminatorConfig(step_count=6, frame_count=4, frame_width=32, frame_height=32, batch_size=4, width=16)
 
@@ -65,6 +67,22 @@ def test_the_discriminator_abstains_with_too_few_failures_and_says_so(world):
     assert names(check_video_discriminator(root / "video_discriminator"), passed=False) == {"decides"}
 
 
+def test_video_of_another_size_is_refused_before_anything_is_learned(world, tmp_path):
+    _, inputs = world
+    wider = replace(TINY, frame_width=48)
+    with pytest.raises(BadInput, match=r"episodes/0000: the video has frames of 32 x 32 px, .* is for 48 x 32; give"):
+        run(video_discriminator, inputs, tmp_path / "out", wider)
+
+
+def test_what_was_learned_from_another_size_does_not_decide(world, tmp_path):
+    root, inputs = world
+    trained = shutil.copytree(root / "video_discriminator", tmp_path / "trained")
+    model = json.loads((trained / "model.json").read_text())
+    (trained / "model.json").write_text(json.dumps(model | {"frame_height": 48}))
+    with pytest.raises(BadInput, match=r"episodes/0000: the video has frames of 32 x 32 px, .* is for 32 x 48; give"):
+        run(valid_trajectories, {**inputs, "video_discriminator": {"sheet": trained}}, tmp_path / "out", USUAL)
+
+
 def test_a_missing_class_makes_it_abstain_without_a_network(tmp_path):
     inputs = make_artifacts(tmp_path, [1.0], [1.0, 0.99])
     run(video_discriminator, inputs, tmp_path / "out", TINY)
@@ -77,7 +95,7 @@ def test_a_missing_class_makes_it_abstain_without_a_network(tmp_path):
 def test_good_candidates_are_copied_and_the_bad_one_is_explained(world, tmp_path):
     _, inputs = world
     out = tmp_path / "valid"
-    run(valid_trajectories, inputs, out, ValidTrajectoriesConfig())
+    run(valid_trajectories, inputs, out, USUAL)
     table = pd.read_parquet(out / "decisions.parquet").set_index("episode")
     assert table.accepted.to_dict() == {"0000": True, "0001": True, "0002": True, "0003": True, "0004": False}
     assert "judge: not folded" in table.loc["0004", "reasons"]
@@ -106,7 +124,7 @@ def test_nothing_accepted_is_a_blocking_finding_with_the_reasons(tmp_path):
     for stage, config in ((state_rules, StateRulesConfig()), (video_discriminator, TINY)):
         run(stage, inputs, tmp_path / stage.__name__, config)
         inputs[stage.__name__] = {"sheet": tmp_path / stage.__name__}
-    run(valid_trajectories, inputs, tmp_path / "valid", ValidTrajectoriesConfig())
+    run(valid_trajectories, inputs, tmp_path / "valid", USUAL)
     finding = next(item for item in check_valid_trajectories(tmp_path / "valid") if item.name == "something_accepted")
     assert finding.blocking
     assert not finding.passed
