@@ -106,6 +106,27 @@ def test_good_candidates_are_copied_and_the_bad_one_is_explained(world, tmp_path
     assert not names(check_valid_trajectories(out), passed=False)
 
 
+def test_attempts_disturbed_on_purpose_are_no_part_of_the_shares_and_are_told_by_themselves(world, tmp_path):
+    _, inputs = world
+    candidates = shutil.copytree(inputs["candidate_trajectories"]["sheet"], tmp_path / "candidates")
+    attempts = pd.read_parquet(candidates / "attempts.parquet")
+    attempts["perturbed"] = attempts.episode.isin(["0003", "0004"])  # a good fold and the half one
+    attempts.to_parquet(candidates / "attempts.parquet")
+    facts = run(valid_trajectories, {**inputs, "candidate_trajectories": {"sheet": candidates}}, tmp_path / "out", USUAL)
+    meant = ("accepted", "judged_successful", "pass_rules")
+    assert [facts[name].split(" =")[0] for name in meant] == ["3 of 3"] * 3
+    assert facts["disturbed_on_purpose_accepted"].startswith("1 of 2")
+    assert len(episode_folders(tmp_path / "out")) == 4
+
+
+def test_figures_of_the_filters_say_that_they_are_of_attempts_that_the_filters_learned_from(world, tmp_path):
+    _, inputs = world
+    facts = run(valid_trajectories, inputs, tmp_path / "out", USUAL)
+    assert "filters" not in facts
+    [rules] = facts["filters_on_attempts_that_they_learned_from"]
+    assert (rules["filter"], rules["recall"].split(" =")[0]) == ("state rules alone", "4 of 4")
+
+
 def test_filters_can_be_switched_off_one_by_one(world, tmp_path):
     _, inputs = world
     accepted = {}
