@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from motion_synthetic import HOME, a_demo, a_model
+from scipy.spatial.transform import Rotation
 
 from sim1.cloth.cell import SimulationBroke
 from sim1.motion.assembly import attempt
@@ -246,14 +247,26 @@ def test_the_most_faithful_attitude_in_reach_is_taken_and_fingertips_stay(arms, 
         np.testing.assert_allclose(moved.position_m, path.moved(placement).position_m, atol=2e-3)
 
 
-def test_leaning_tilts_the_fingers_forward_and_keeps_the_lower_edge_up(arms):
+@pytest.mark.parametrize("yaw_rad", [0.0, 0.5, np.pi / 2, -np.pi / 2])
+@pytest.mark.parametrize("openness", [0.0, 0.6])
+def test_leaning_tilts_the_fingers_forward_whatever_their_yaw_and_keeps_their_lowest_edge_up(arms, yaw_rad, openness):
     down = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
     path = ToolPath(
-        position_m=np.zeros((1, 2, 3)), rotation=np.broadcast_to(down, (1, 2, 3, 3)), openness=np.ones((1, 2))
+        position_m=np.zeros((1, 2, 3)),
+        rotation=np.broadcast_to(Rotation.from_euler("z", yaw_rad).as_matrix() @ down, (1, 2, 3, 3)),
+        openness=np.full((1, 2), openness),
     )
     lean = changed(path, np.eye(4), 1.0, 0.3)
     np.testing.assert_allclose(lean.rotation[0, 0, :, 0], [np.sin(0.3), 0, -np.cos(0.3)], atol=1e-12)
-    np.testing.assert_allclose(lean.position_m[0, 0], [0, 0, 0.011 * np.sin(0.3)], atol=1e-12)
+    assert lowest_corner_m(lean) == pytest.approx(lowest_corner_m(path), abs=1e-12)
+    assert lean.position_m[0, 0, 2] > 0.0
+
+
+def lowest_corner_m(path) -> float:
+    """Height of the lowest corner of the ends of both fingers, boxes as in the URDF: 22 mm wide along z, 10 mm thick outwards along y."""
+    travel = 0.044 * path.openness[0, 0]
+    ends = [[0.0, y, z] for y in (travel + 0.01, -travel - 0.01) for z in (0.011, -0.011)]
+    return float((path.position_m[0, 0] + np.array(ends) @ path.rotation[0, 0].T)[:, 2].min())
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,9 @@ def test_attempts_disturbed_on_purpose_are_no_part_of_the_shares_and_are_told_by
     attempts = pd.read_parquet(candidates / "attempts.parquet")
     attempts["perturbed"] = attempts.episode.isin(["0003", "0004"])  # a good fold and the half one
     attempts.to_parquet(candidates / "attempts.parquet")
-    facts = run(valid_trajectories, {**inputs, "candidate_trajectories": {"sheet": candidates}}, tmp_path / "out", USUAL)
+    facts = run(
+        valid_trajectories, {**inputs, "candidate_trajectories": {"sheet": candidates}}, tmp_path / "out", USUAL
+    )
     meant = ("accepted", "judged_successful", "pass_rules")
     assert [facts[name].split(" =")[0] for name in meant] == ["3 of 3"] * 3
     assert facts["disturbed_on_purpose_accepted"].startswith("1 of 2")
