@@ -50,7 +50,8 @@ def generate(
                 accepted = sum(row["accepted"] for row in rows.values())
                 show(min(accepted, target), f"{accepted} of {target} accepted, {len(rows)} attempts")
 
-            rows = generate_until(inputs, garment, variant, configs, versions, folder, target, workers, tell)
+            code = code_of(nodes)
+            rows = generate_until(inputs, garment, variant, configs, versions, code, folder, target, workers, tell)
     except (BadInput, StoreError, CrewDied) as error:
         stop(home.relative(str(error)))
     except KeyboardInterrupt:
@@ -83,6 +84,11 @@ def given(
         path, record = verified(home, graph.nodes[id_], garment)
         inputs[name], versions[name] = {garment: path}, record["data_version"]
     return inputs, nodes, versions
+
+
+def code_of(nodes: list[Any]) -> dict[str, str]:
+    """Stage -> its function and version: other code would make other episodes from the same inputs."""
+    return {node.stage.name: f"{node.stage.run}, version {node.stage.version}" for node in nodes}
 
 
 def _print(rows: list[dict[str, Any]], target: int, seconds: float, where: str) -> None:

@@ -60,6 +60,7 @@ def generate_until(
     variant: str | None,
     configs: tuple[CandidateTrajectoriesConfig, ValidTrajectoriesConfig],
     made_from: dict[str, str],
+    code: dict[str, str],
     out: Path,
     target: int,
     workers: int,
@@ -73,6 +74,7 @@ def generate_until(
         variant: of the graph that the inputs are taken from; None is the base.
         configs: of the same two stages; the first one's counts have no influence.
         made_from: stage -> data version of the inputs.
+        code: function and version of the same two stages, by name.
         out: folder.
         target: accepted episodes wanted.
         workers: processes.
@@ -82,7 +84,7 @@ def generate_until(
         Rows of all attempts, in order.
 
     Raises:
-        BadInput: an input is at fault, or `out` was begun with other inputs or settings.
+        BadInput: an input is at fault, or `out` was begun with other inputs, settings or code.
         CrewDied: processes died before enough was made; what is made stays.
     """
     config, valid = configs
@@ -90,6 +92,7 @@ def generate_until(
     plan |= {f"setting.{name}": value for name, value in asdict(config).items() if name not in COUNTS}
     plan |= {f"filter.{name}": value for name, value in asdict(valid).items()}
     plan |= {f"input.{name}": version for name, version in made_from.items()}
+    plan |= {f"code.{name}": what for name, what in code.items()}
     _claim(out / "plan.json", plan)
     limit = TRIES_PER_TARGET * target
     quota = Quota(series="", run_count=0, target=target, counted="accepted", run_limit=limit, try_limit=limit)
@@ -106,8 +109,8 @@ def _claim(path: Path, plan: dict[str, Any]) -> None:
         changed = [name for name in sorted({*plan, *begun}) if plan.get(name) != begun.get(name)]
         if changed:
             raise BadInput(
-                f"{path}: {changed[0]} was {begun.get(changed[0])} when this folder was begun, is "
-                f"{plan.get(changed[0])} now; give another folder, or remove this one"
+                f"{path}: {changed[0]} was {begun.get(changed[0], 'not noted')} when this folder was begun, is "
+                f"{plan.get(changed[0], 'no setting')} now; give another folder, or remove this one"
             )
         return
     path.parent.mkdir(parents=True, exist_ok=True)

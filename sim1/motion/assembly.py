@@ -42,7 +42,7 @@ class Source:
     """What the demonstrations give beside their segments."""
 
     home: Home
-    garment_m: dict[str, np.ndarray]  # demo -> (T, v, 3)
+    garment_m: dict[tuple[str, int], np.ndarray]  # demonstration and frame in which an interaction starts -> (v, 3)
     cell: Any = None  # sim1.cloth.cell.CellConfig of the demonstrations
 
 
@@ -81,11 +81,10 @@ class _Recorder:
         self.command_openness.append(np.array(opened))
         self.garment.append(np.array(self.cell.garment_m, np.float32))
 
-    def episode(self) -> Episode | None:
+    def episode(self, *, broke: bool) -> Episode | None:
         if not self.joints:
             return None
-        finite = np.isfinite(self.cell.garment_m).all()
-        if finite:  # the state that the last command led to
+        if not broke:  # the state that the last command led to; behind a break there is none to which a replay gets
             self._note(self.command_joints[-1], self.command_openness[-1])
         return Episode(
             time_s=np.arange(len(self.joints)) / RATE_HZ,
@@ -122,15 +121,15 @@ def attempt(
     sources: list[dict[str, Any]] = []
 
     def lay(part: Segment) -> Laid:
-        before = source.garment_m[part.demo][part.start_frame]
+        before = source.garment_m[part.demo, part.start_frame]
         weight = grasp_weight(before, part.grasps, GRASP_REACH_M)
-        now = fitted_placement(before, np.asarray(cell.garment_m, float), weight)
-        target, (turn_share, lean), _ = reachable(part.path, draw.offset @ now, arms, part.joints_rad[0])
+        wanted = draw.offset @ fitted_placement(before, np.asarray(cell.garment_m, float), weight)
+        target, (turn_share, lean), _ = reachable(part.path, wanted, arms, part.joints_rad[0])
         about = {"segment": part.segment, "demo": part.demo, "order": part.order}
         sources.append(about | {"turn_share": turn_share, "lean_rad": lean})
-        return Laid(part=part, placement=now, path=target)
+        return Laid(part=part, placement=wanted, path=target)
 
-    failure, detail = None, ""
+    failure, detail, broke = None, "", False
     try:
         end = arms.tool_path(home.joints_rad[None], home.openness[None])
         carry_out(follower, segments, draw.picked, lay, end, model, variation.settle_s, lambda: rng)
@@ -139,8 +138,8 @@ def attempt(
     except Refused as error:
         failure, detail = error.failure, str(error)
     except broken as error:
-        failure, detail = "simulation broke", str(error)
+        failure, detail, broke = "simulation broke", str(error), True
     return Attempt(
-        episode=recorder.episode(), sources=sources, failure=failure, detail=detail, placement=placement,
+        episode=recorder.episode(broke=broke), sources=sources, failure=failure, detail=detail, placement=placement,
         speed_share=follower.speed_share,
     )  # fmt: skip

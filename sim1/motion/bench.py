@@ -20,7 +20,7 @@ from sim1.motion.home import demo_folders, home_of
 from sim1.motion.joining import Variation
 from sim1.motion.model import MotionModel, read_model
 from sim1.motion.placement import unplaced
-from sim1.motion.pool import Segment, read_pool
+from sim1.motion.pool import Segment, by_demo, read_pool
 from sim1.quota import Row, Ticket
 from sim1.robot.expert_task import Task, read_task
 from sim1.scene.description import Scene, read_scene
@@ -60,7 +60,8 @@ class Bench:
         torch.set_num_threads(1)
         mesh, scene = read_garment_mesh(only(inputs, "garment_mesh")), read_scene(only(inputs, "scene"))
         demos = only(inputs, "seed_demos")
-        source = read_source(demos)
+        pool = read_pool(only(inputs, "segment_pool"))
+        source = read_source(demos, pool)
         numerics = replace(source.cell, solver=config.solver)
         physics = read_physics(only(inputs, "calibrated_physics") / "cell.yaml")
         return cls(
@@ -68,7 +69,7 @@ class Bench:
             mesh=mesh,
             scene=scene,
             task=read_task(demos / "task.json"),
-            pool=read_pool(only(inputs, "segment_pool")),
+            pool=pool,
             model=read_model(only(inputs, "motion_model")),
             source=source,
             arms=Arms.of_scene(scene),
@@ -140,19 +141,20 @@ class Bench:
         return failure is None, failure, finite
 
 
-def read_source(demos: Path) -> Source:
-    """What `attempt` needs of the demonstrations.
+def read_source(demos: Path, pool: list[Segment]) -> Source:
+    """What `attempt` needs of the demonstrations: of their garments the states in which an interaction of `pool` starts.
 
     Raises:
         BadInput: a file is missing or damaged.
     """
-    episodes = {folder.name: read_episode(folder) for folder in demo_folders(demos)}
-    first = next(iter(episodes.values()))
-    return Source(
-        home=home_of(read_start(demos), first),
-        garment_m={name: episode.garment_m for name, episode in episodes.items()},
-        cell=_cell_config(demos, first),
-    )
+    first = read_episode(demo_folders(demos)[0])
+    garment_m: dict[tuple[str, int], np.ndarray] = {}
+    for demo, parts in by_demo(pool).items():
+        frames = [part.start_frame for part in parts if part.kind == "interacting" and part.success]
+        if frames:
+            whole_m = read_episode(demos / "episodes" / demo).garment_m
+            garment_m |= {(demo, frame): whole_m[frame].copy() for frame in frames}  # a view would keep the whole
+    return Source(home=home_of(read_start(demos), first), garment_m=garment_m, cell=_cell_config(demos, first))
 
 
 def _cell_config(demos: Path, demo: Episode) -> CellConfig:

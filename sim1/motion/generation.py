@@ -65,5 +65,10 @@ def write_tables(out: Path, rows: list[Row], start_m: np.ndarray) -> None:
     pd.DataFrame(rows).to_parquet(out / "attempts.parquet", index=False)
     picked = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), SHOWN)).round().astype(int))
     shown = [rows[index] for index in picked]
-    ends = [read_episode(out / "episodes" / row["episode"]).garment_m[-1] if row["ran"] else None for row in shown]
+    ends = [_end_m(out / "episodes" / row["episode"]) if row["ran"] else None for row in shown]
     draw_attempts(out / "attempts.png", shown, ends, start_m, len(rows))
+
+
+def _end_m(episode: Path) -> np.ndarray:
+    """The garment in the last frame, (v, 3); a copy, because a view would keep all frames."""
+    return read_episode(episode).garment_m[-1].copy()

@@ -56,7 +56,7 @@ class Laid:
     """An interaction where it is to happen."""
 
     part: Segment
-    placement: np.ndarray  # (4, 4) motion of the garment since the demonstration
+    placement: np.ndarray  # (4, 4) from where it was demonstrated: motion of the garment since then, and displacement
     path: ToolPath  # in reach
     joints_rad: np.ndarray | None = None  # (n, 2, 6) that follow it, where they are known
 

@@ -79,11 +79,12 @@ class _Sheet:
 def laid_as_placed(draw: Draw, arms: Arms) -> Callable[[Segment], Laid]:
     """Where each interaction of `draw` happens, reached once however often it is asked for."""
     known: dict[int, Laid] = {}
+    wanted = draw.offset @ draw.placement
 
     def lay(part: Segment) -> Laid:
         if part.segment not in known:
-            path, _, joints = reachable(part.path, draw.offset @ draw.placement, arms, part.joints_rad[0])
-            known[part.segment] = Laid(part=part, placement=draw.placement, path=path, joints_rad=joints)
+            path, _, joints = reachable(part.path, wanted, arms, part.joints_rad[0])
+            known[part.segment] = Laid(part=part, placement=wanted, path=path, joints_rad=joints)
         return known[part.segment]
 
     return lay

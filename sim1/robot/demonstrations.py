@@ -98,6 +98,7 @@ def _cell_facts(cell: Cell, episode: Episode, replay_s: float) -> dict:
     """What the check needs: settings, joint limits of either arm, and how the replay of one demonstration went."""
     part = shortened(episode, replay_s)
     again = replay(cell, part)
+    count = min(again.frame_count, part.frame_count)
     return {
         "config": asdict(cell.config),
         "joint_lower_rad": cell.arms[0].lower_rad.tolist(),
@@ -105,8 +106,9 @@ def _cell_facts(cell: Cell, episode: Episode, replay_s: float) -> dict:
         "joint_speed_rad_s": cell.arms[0].velocity_limit_rad_s.tolist(),
         "replay": {
             "attempt": part.about["attempt"],
-            "frame_count": part.frame_count,
-            "largest_difference_m": float(np.abs(again.garment_m - part.garment_m).max()),
+            "recorded_count": part.frame_count,
+            "frame_count": again.frame_count,
+            "largest_difference_m": float(np.abs(again.garment_m[:count] - part.garment_m[:count]).max()),
         },
     }
 

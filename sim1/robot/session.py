@@ -1,5 +1,6 @@
 """Running the cell: settle the garment, demonstrate a task, replay a recorded command stream."""
 
+from contextlib import suppress
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -50,14 +51,21 @@ def settle(cell: Cell, *, longest_s: float, rest_speed_m_s: float) -> np.ndarray
     """
     home = Workspace.of(cell.arms, cell.scene).home_rad
     cell.reset(cell.scene.place_garment(cell.garment.vertices_m), home, np.ones(2))
+    speed_m_s = np.inf
     for _ in range(round(longest_s * RATE_HZ)):
         cell.step(home, np.ones(2))
-        if cell.frame > 10 and np.linalg.norm(cell.garment_m_s, axis=1).max() < rest_speed_m_s:
+        speed_m_s = np.linalg.norm(cell.garment_m_s, axis=1).max()
+        if cell.frame > 10 and speed_m_s < rest_speed_m_s:
             break
     garment = cell.garment_m
     if garment[:, 2].min() < -0.02:
         raise BadInput(
             f"garment: it slid off the table ({garment[:, 2].min():.3f} m); check garment.place of the scene"
+        )
+    if not speed_m_s < rest_speed_m_s:
+        raise BadInput(
+            f"garment: {longest_s} s after it was laid down a vertex still moves at {speed_m_s:.3f} m/s, at rest is below "
+            f"{rest_speed_m_s}; give it longer (settle_s), or check its mesh and fabric"
         )
     return garment
 
@@ -90,11 +98,15 @@ def demonstrate(cell: Cell, task: Task, start_m: np.ndarray, variation: Variatio
 
 
 def replay(cell: Cell, episode: Episode) -> Episode:
-    """Drive the cell with a recorded command stream from the recorded first state; on CPU it gives the same bytes."""
+    """Drive the cell with a recorded command stream from the recorded first state; on CPU it gives the same bytes.
+
+    Where the simulation breaks, the replay ends with the frames until then, as an episode that breaks is recorded.
+    """
     cell.reset(episode.garment_m[0], episode.joints_rad[0], episode.openness[0])
     recorder = Recorder(cell)
-    for joints, openness in zip(episode.command_joints_rad, episode.command_openness):
-        recorder.step(joints, openness)
+    with suppress(SimulationBroke):
+        for joints, openness in zip(episode.command_joints_rad, episode.command_openness):
+            recorder.step(joints, openness)
     return recorder.episode(episode.about)
 
 

@@ -1,41 +1,65 @@
 """Checks of recorded demonstrations against what a robot and a garment can do."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from sim1.episode import RATE_HZ, episode_folders, read_episode
+from sim1.episode import RATE_HZ, Episode, episode_folders, read_episode
 from sim1.stage import Finding
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Run:
+    """What is measured of one episode."""
+
+    success: bool
+    beyond_rad: float  # joints beyond their limits
+    asked_beyond_rad: float  # commands beyond them
+    speed_share: float  # fastest joint over its limit
+    lag_rad: float  # largest of a joint behind its command
+    end_lowest_m: float  # lowest vertex in the last frame
+    lowest_m: float  # and at any time
+
+
+def _measured(episode: Episode, lower: np.ndarray, upper: np.ndarray, speed: np.ndarray) -> _Run:
+    joints, commands = episode.joints_rad, episode.command_joints_rad
+    return _Run(
+        success=bool(episode.about["success"]),
+        beyond_rad=float(np.maximum(lower - joints, joints - upper).max()),
+        asked_beyond_rad=float(np.maximum(lower - commands, commands - upper).max()),
+        speed_share=float((np.abs(np.diff(joints, axis=0)) * RATE_HZ / speed).max(initial=0.0)),
+        lag_rad=float(np.abs(joints[1:] - commands[:-1]).max(initial=0.0)),
+        end_lowest_m=float(episode.garment_m[-1, :, 2].min()),
+        lowest_m=float(episode.garment_m[..., 2].min()),
+    )
 
 
 def findings(artifact: Path) -> list[Finding]:
     """Findings on a `seed_demos` artifact."""
     cell = json.loads((artifact / "cell.json").read_text())
-    lower, upper, speed = (np.array(cell[name]) for name in ("joint_lower_rad", "joint_upper_rad", "joint_speed_rad_s"))
+    limits = [np.array(cell[name]) for name in ("joint_lower_rad", "joint_upper_rad", "joint_speed_rad_s")]
     folders = episode_folders(artifact)
-    episodes = [read_episode(folder) for folder in folders]  # refuses what is not finite
-    success_count = sum(bool(episode.about["success"]) for episode in episodes)
-    beyond = max(float(np.maximum(lower - e.joints_rad, e.joints_rad - upper).max()) for e in episodes)
-    asked = max(float(np.maximum(lower - e.command_joints_rad, e.command_joints_rad - upper).max()) for e in episodes)
-    fastest = max(float((np.abs(np.diff(e.joints_rad, axis=0)) * RATE_HZ / speed).max()) for e in episodes)
-    lag = max(float(np.abs(e.joints_rad[1:] - e.command_joints_rad[:-1]).max()) for e in episodes)
-    folded = [e for e in episodes if e.about["success"]]
-    at_rest = min((float(e.garment_m[-1, :, 2].min()) for e in folded), default=0.0)
-    pressed = min((float(e.garment_m[..., 2].min()) for e in folded), default=0.0)
+    runs = [_measured(read_episode(folder), *limits) for folder in folders]  # one by one: together they fill a memory
+    success_count = sum(run.success for run in runs)
+    beyond, asked = max(run.beyond_rad for run in runs), max(run.asked_beyond_rad for run in runs)
+    fastest, lag = max(run.speed_share for run in runs), max(run.lag_rad for run in runs)
+    at_rest = min((run.end_lowest_m for run in runs if run.success), default=0.0)
+    pressed = min((run.lowest_m for run in runs if run.success), default=0.0)
     missing = [folder.name for folder in folders if not (folder / "session.usdc").is_file()]
     again = cell["replay"]
     return [
         Finding(
             name="a_demonstration_succeeds",
             passed=success_count > 0,
-            detail=f"{success_count} of {len(episodes)} attempts folded the garment, at least 1 needed",
+            detail=f"{success_count} of {len(runs)} attempts folded the garment, at least 1 needed",
         ),
         Finding(
             name="replay_reproduces_demonstration",
-            passed=again["frame_count"] > 0 and again["largest_difference_m"] == 0.0,
-            detail=f"{again['frame_count']} frames of attempt {again['attempt']} again from its commands: largest"
-            f" difference of a vertex {again['largest_difference_m']} m, limit 0",
+            passed=0 < again["frame_count"] == again["recorded_count"] and again["largest_difference_m"] == 0.0,
+            detail=f"{again['frame_count']} of {again['recorded_count']} frames of attempt {again['attempt']} again from its"
+            f" commands: largest difference of a vertex {again['largest_difference_m']} m, limit 0",
         ),
         Finding(
             name="joints_within_limits",

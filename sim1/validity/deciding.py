@@ -91,13 +91,13 @@ def decide(inputs: Inputs, garment: str, config: ValidTrajectoriesConfig, out: P
 
 
 def decision(attempt: dict[str, Any], folder: Path, filters: Filters) -> dict[str, Any]:
-    """One row of the decisions: what each filter says of an attempt, and why it was rejected."""
+    """One row of the decisions: what each filter says of an attempt, and why it was rejected; raises BadInput."""
     config, reasons, broken, score = filters.config, [], [], None
     ran = bool(attempt["ran"])
     if ran:
         episode = read_episode(folder)
         broken = filters.rules.broken(episode_features(episode.garment_m, filters.reference))
-        score = filters.discriminator.score(read_clip(folder))
+        score = filters.discriminator.score(read_clip(folder), str(folder))
     else:
         reasons.append(f"did not run: {attempt['failure']}")
     video_passes = score is not None and score >= filters.discriminator.threshold
@@ -127,7 +127,7 @@ def decision(attempt: dict[str, Any], folder: Path, filters: Filters) -> dict[st
 def compared_filters(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """State rules alone, video alone and both, against the judge, over the attempts that ran: one row each.
 
-    Precision: of what is admitted, the share that did the task. Recall: of what did the task, the share that is admitted.
+    On attempts that the filters learned from, as the stage's are, this flatters them. Precision: of what is admitted, the share that did the task. Recall: of what did the task, the share that is admitted.
     """
     ran = [row for row in rows if row["ran"]]
     passes = {"state rules alone": [row["rules_pass"] for row in ran]}
@@ -153,15 +153,18 @@ def _copy(folder: Path, target: Path) -> None:
 
 
 def _facts(table: pd.DataFrame, filters: Filters) -> Facts:
-    accepted, count = int(table.accepted.sum()), len(table)
-    video = filters.discriminator
+    """Shares of the attempts that were meant to succeed; those disturbed on purpose are no part of a pass rate."""
+    meant, disturbed, video = table[~table.perturbed], table[table.perturbed], filters.discriminator
+
+    def share(column: str) -> str:
+        return describe_share(int(meant[column].sum()), len(meant))
+
     return {
-        "accepted": describe_share(accepted, count),
-        "judged_successful": describe_share(int(table.success.sum()), count),
-        "pass_rules": describe_share(int(table.rules_pass.sum()), count),
-        "pass_video": f"abstains: {video.reason}"
-        if video.abstains
-        else describe_share(int(table.video_pass.sum()), count),
-        "filters": compared_filters(table.to_dict("records")),
+        "accepted": share("accepted"),
+        "judged_successful": share("success"),
+        "pass_rules": share("rules_pass"),
+        "pass_video": f"abstains: {video.reason}" if video.abstains else share("video_pass"),
+        "disturbed_on_purpose_accepted": describe_share(int(disturbed.accepted.sum()), len(disturbed)),
+        "filters_on_attempts_that_they_learned_from": compared_filters(table.to_dict("records")),
         "rejected": table.loc[~table.accepted, ["episode", "reasons"]].to_dict("records"),
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from sim1.cloth.garment import GarmentMesh, face_areas, unique_edges
 from sim1.episode import Episode, episode_folders, read_episode, read_start
+from sim1.progress import track
 from sim1.robot.expert_task import find_keypoints, read_task
 from sim1.validity.features import Reference
 
@@ -25,24 +27,25 @@ class Example:
     perturbed: bool
 
 
-def read_examples(demos: Path, candidates: Path) -> list[Example]:
-    """All episodes of both, demonstrations first."""
-    result = []
-    for kind, artifact in (("demo", demos), ("candidate", candidates)):
-        for folder in episode_folders(artifact):
-            episode = read_episode(folder)
-            sources = [folder.name] if kind == "demo" else episode.about.get("sources", [])
-            result.append(
-                Example(
-                    name=f"{kind}/{folder.name}",
-                    folder=folder,
-                    episode=episode,
-                    success=bool(episode.about.get("success", False)),
-                    sources=frozenset(map(str, sources)),
-                    perturbed=bool(episode.about.get("perturbed", False)),
-                )
-            )
-    return result
+def read_examples(demos: Path, candidates: Path, what: str) -> Iterator[Example]:
+    """Episodes of both one by one, demonstrations first, with progress on `what`: all of them together fill a memory."""
+    folders = [("demo", folder) for folder in episode_folders(demos)]
+    folders += [("candidate", folder) for folder in episode_folders(candidates)]
+    for kind, folder in track(folders, what):
+        yield _example(kind, folder)
+
+
+def _example(kind: str, folder: Path) -> Example:
+    episode = read_episode(folder)
+    sources = [folder.name] if kind == "demo" else episode.about.get("sources", [])
+    return Example(
+        name=f"{kind}/{folder.name}",
+        folder=folder,
+        episode=episode,
+        success=bool(episode.about.get("success", False)),
+        sources=frozenset(map(str, sources)),
+        perturbed=bool(episode.about.get("perturbed", False)),
+    )
 
 
 def reference_of(mesh: GarmentMesh, demos: Path) -> Reference:

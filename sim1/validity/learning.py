@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from sim1.cloth.garment import GarmentMesh
-from sim1.progress import track
 from sim1.stage import BadInput, Facts
 from sim1.statistics import describe_share
 from sim1.validity.examples import read_examples, reference_of
@@ -34,7 +33,7 @@ def learn(demos: Path, candidates: Path, mesh: GarmentMesh, config: StateRulesCo
     rows = [
         {"example": item.name, "success": item.success, "perturbed": item.perturbed}
         | episode_features(item.episode.garment_m, reference)
-        for item in track(read_examples(demos, candidates), "particle features")
+        for item in read_examples(demos, candidates, "particle features")
     ]
     table = pd.DataFrame(rows)
     if table.empty or not table.success.any():

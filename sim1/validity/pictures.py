@@ -115,9 +115,14 @@ def draw_decisions(path: Path, rows: list[dict[str, Any]], video_silent: bool) -
     for side in ("top", "right", "bottom", "left"):
         axes.spines[side].set_visible(False)
     grey = ", dash: abstains or not asked" if video_silent else ""
-    accepted = sum(row["accepted"] for row in rows)
-    figure.suptitle(f"{accepted} of {len(rows)} candidates accepted (dot: passes, cross: fails{grey})", fontsize=10)
+    counts = [_accepted([row for row in rows if row["perturbed"] is disturbed]) for disturbed in (False, True)]
+    told = f"{counts[0]} candidates accepted, {counts[1]} perturbed on purpose (dot: passes, cross: fails{grey})"
+    figure.suptitle(told, fontsize=10)
     save_figure(figure, path, dpi=90)
+
+
+def _accepted(rows: list[dict[str, Any]]) -> str:
+    return f"{sum(row['accepted'] for row in rows)} of {len(rows)}"
 
 
 def _shortened(text: str, length: int) -> str:

@@ -26,9 +26,7 @@ class VideoDiscriminatorConfig:
     width: int = Field(64, ge=16, multiple_of=8)  # of the transformer over time
     layer_count: int = Field(2, ge=1)
     frame_count: int = Field(8, ge=2)  # of a clip, spread over the episode
-    frame_width: int = Field(
-        64, ge=32, le=112
-    )  # px; candidates bring their own video, demonstrations are drawn like it
+    frame_width: int = Field(64, ge=32, le=112)  # px; that of the candidates' video, demonstrations are drawn like it
     frame_height: int = Field(48, ge=32, le=112)  # px
     step_count: int = Field(20, ge=1)  # optimizer steps, about 0.6 s each on one core
     batch_size: int = Field(4, ge=2, multiple_of=2)  # clips, half of them failures
@@ -86,7 +84,11 @@ def check_state_rules(artifact: Path) -> list[Finding]:
 
 
 def video_discriminator(inputs: Inputs, out: Path, config: VideoDiscriminatorConfig) -> Facts:
-    """Train the discriminator on demonstrations and candidates, or abstain and say why."""
+    """Train the discriminator on demonstrations and candidates, or abstain and say why.
+
+    Raises:
+        BadInput: an input is damaged, or the candidates' video has frames of another size than `config`.
+    """
     from sim1.cloth.garment import read_garment_mesh
     from sim1.scene.description import read_scene
     from sim1.validity.watching import watch

@@ -13,7 +13,7 @@ import torch
 from sim1.cloth.garment import GarmentMesh
 from sim1.network_file import load_weights, read_network, write_network
 from sim1.scene.description import Scene
-from sim1.stage import Facts, random_stream
+from sim1.stage import BadInput, Facts, random_stream
 from sim1.statistics import describe_share
 from sim1.validity.clips import Clip, head_clip, read_clip, sampled
 from sim1.validity.discriminator import VideoDiscriminator
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "sim1.video-discriminator/1"
 PARTS = ("train", "calibration", "test")
+LOOKS_AT = ("frame_count", "frame_width", "frame_height")  # of a clip: how many frames, and their size in px
 RATE_HZ = 10.0  # of the demonstrations' clips, before frames are picked
 
 
@@ -40,26 +41,38 @@ class Discriminator:
     reason: str  # why it abstains, or empty
     threshold: float
     frame_count: int
+    frame_width: int  # px, of the clips on which it was trained: what it learned is of things of that size
+    frame_height: int
 
-    def score(self, clip: Clip) -> float | None:
-        """Probability of being valid; None without a network."""
+    def score(self, clip: Clip, name: str) -> float | None:
+        """Probability of being valid of the clip called `name`; None without a network.
+
+        Raises:
+            BadInput: the clip's frames have another size.
+        """
         if self.network is None:
             return None
+        _require_size(clip, self.frame_width, self.frame_height, name)
         return float(scores(self.network, [sampled(clip, self.frame_count)])[0])
 
 
 def watch(
     demos: Path, candidates: Path, mesh: GarmentMesh, scene: Scene, garment: str, config: VideoDiscriminatorConfig, out: Path
 ) -> Facts:  # fmt: skip
-    """Train, choose a threshold on clips of other demonstrations, test it on those of others again, decide whether it may decide."""
+    """Train, choose a threshold on clips of other demonstrations, test it on those of others again, decide whether it may decide.
+
+    Raises:
+        BadInput: an episode or video is damaged, or has frames of another size than `config`.
+    """
     torch.set_num_threads(1)
     rng = random_stream(config.seed, garment, "video_discriminator")
-    clips = [_labelled(item, mesh, scene, config) for item in read_examples(demos, candidates)]
+    clips = [_labelled(item, mesh, scene, config) for item in read_examples(demos, candidates, "clips")]
     good = sum(clip.success for clip in clips)
     counts = {"success_count": good, "failure_count": len(clips) - good}
+    looks_at = {name: getattr(config, name) for name in LOOKS_AT}
     if min(good, len(clips) - good) == 0:
         reason = f"one class is missing: {good} successes and {len(clips) - good} failures, nothing to tell apart"
-        model = Discriminator(network=None, abstains=True, reason=reason, threshold=0.5, frame_count=config.frame_count)
+        model = Discriminator(network=None, abstains=True, reason=reason, threshold=0.5, **looks_at)
         return _written(model, {"clips": counts, "calibration": {}, "test": {}, "scores": []}, [], config, out)
     parts = split_by_source(clips)
     network, losses = train_discriminator(
@@ -85,7 +98,7 @@ def watch(
         abstains=bool(reason),
         reason=reason,
         threshold=0.5 if threshold is None else threshold,
-        frame_count=config.frame_count,
+        **looks_at,
     )
     metrics = {
         "clips": counts,
@@ -130,21 +143,32 @@ def _why_abstain(
 
 
 def _labelled(item: Example, mesh: GarmentMesh, scene: Scene, config: VideoDiscriminatorConfig) -> LabelledClip:
-    size = (config.frame_height, config.frame_width)
-    clip = read_clip(item.folder) if (item.folder / "video.npz").exists() else None
-    if clip is None or clip.frames.shape[1:3] != size:
-        clip = head_clip(
-            item.episode.garment_m, mesh.faces, scene, rate_hz=RATE_HZ, width=size[1], height=size[0]
-        )  # fmt: skip
+    """A candidate's own video, or a demonstration drawn like it."""
+    width, height = config.frame_width, config.frame_height
+    if (item.folder / "video.npz").exists():
+        clip = read_clip(item.folder)
+        _require_size(clip, width, height, str(item.folder))
+    else:
+        clip = head_clip(item.episode.garment_m, mesh.faces, scene, rate_hz=RATE_HZ, width=width, height=height)
     frames = sampled(clip, config.frame_count)
     return LabelledClip(name=item.name, frames=frames, success=item.success, sources=item.sources)
+
+
+def _require_size(clip: Clip, width: int, height: int, name: str) -> None:
+    """Raises BadInput where a clip is not as large as the discriminator wants it."""
+    own_height, own_width = clip.frames.shape[1:3]
+    if (own_width, own_height) != (width, height):
+        raise BadInput(
+            f"{name}: the video has frames of {own_width} x {own_height} px, the discriminator is for {width} x {height}; give "
+            "frame_width and frame_height of video_discriminator the values of video_width and video_height of candidate_trajectories"
+        )
 
 
 def _written(model: Discriminator, metrics: dict[str, Any], rows: list[dict[str, Any]], config: VideoDiscriminatorConfig, out: Path) -> Facts:  # fmt: skip
     about = {
         "schema": SCHEMA, "abstains": model.abstains, "reason": model.reason, "threshold": model.threshold,
         "trained": model.network is not None, "width": config.width, "layer_count": config.layer_count,
-        "frame_count": config.frame_count, "frame_width": config.frame_width, "frame_height": config.frame_height,
+        **{name: getattr(model, name) for name in LOOKS_AT},
     }  # fmt: skip
     write_network(out, model.network, about)
     metrics = metrics | {"wanted_precision": config.precision, "minimum_held_out": config.minimum_held_out}
@@ -177,7 +201,7 @@ def read_discriminator(folder: Path) -> Discriminator:
         network = None
         if about["trained"]:
             network = load_weights(VideoDiscriminator(about["width"], about["layer_count"]), weights)
-        fields = {name: about[name] for name in ("abstains", "reason", "threshold", "frame_count")}
+        fields = {name: about[name] for name in ("abstains", "reason", "threshold", *LOOKS_AT)}
         return Discriminator(network=network, **fields)
 
     return read_network(folder, SCHEMA, "video_discriminator", build)

@@ -7,8 +7,11 @@ from types import SimpleNamespace
 import pytest
 
 from assets_defs import _config, _store
+from assets_defs._generate import code_of
 from assets_defs._origin import Origin, inputs_then, origin_of
 from assets_defs._replay import CELL
+from pipeline.graph import load_graph
+from pipeline.home import REPOSITORY, Home
 from sim1.motion.stage import CandidateTrajectoriesConfig
 from sim1.stage import BadInput
 
@@ -47,6 +50,16 @@ def test_a_generated_episode_knows_what_made_it(tmp_path):
     (tmp_path / "plan.json").write_text(json.dumps(plan))
     found = origin_of(tmp_path / "episodes" / "0001")
     assert (found.stage, found.settings, found.versions) == ("candidate_trajectories", {"seed": 1}, {"scene": "a1"})
+
+
+def test_a_folder_that_goes_on_knows_the_code_of_both_stages():
+    graph = load_graph(Home(REPOSITORY), "smoke")
+    code = code_of([graph.nodes[name] for name in ("candidate_trajectories", "valid_trajectories")])
+    versions = {name: graph.nodes[name].stage.version for name in code}
+    assert code == {
+        "candidate_trajectories": f"sim1.motion.stage:candidate_trajectories, version {versions['candidate_trajectories']}",
+        "valid_trajectories": f"sim1.validity.stage:valid_trajectories, version {versions['valid_trajectories']}",
+    }
 
 
 def test_an_episode_of_the_stand_in_reality_is_replayed_where_it_lies(tmp_path):

@@ -46,6 +46,13 @@ def test_every_profile_of_the_project_loads_with_valid_settings(profile):
     assert {node.stage.name for node in graph.nodes.values()} == set(STAGES)
 
 
+@pytest.mark.parametrize("profile", PROFILES)
+def test_the_discriminator_watches_video_of_the_size_that_candidates_bring(profile):
+    nodes = load_graph(Home(REPOSITORY), profile).nodes
+    made, watched = (resolved_config(nodes[name]) for name in ("candidate_trajectories", "video_discriminator"))
+    assert (watched["frame_width"], watched["frame_height"]) == (made["video_width"], made["video_height"])
+
+
 def test_the_shipped_garments_each_have_a_scan_and_a_task():
     home = Home(REPOSITORY)
     assert home.garments() == ["polo", "shorts", "towel", "tshirt"]

@@ -45,10 +45,8 @@ def demonstrated(arms, home):
                 openness=part.path.openness,
             )
             segments.append(part.__class__(**{**part.__dict__, "path": path}))
-    frames = max(part.end_frame for part in segments)
-    return segments, Source(
-        home=home, garment_m={name: np.repeat(home.start_m[None], frames, axis=0) for name in ("0000", "0001")}
-    )
+    lying = {(part.demo, part.start_frame): home.start_m for part in segments}
+    return segments, Source(home=home, garment_m=lying)
 
 
 @pytest.fixture(scope="session")

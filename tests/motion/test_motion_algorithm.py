@@ -12,6 +12,7 @@ from sim1.quota import Ticket
 from sim1.stage import BadInput
 from sim1.validity.stage import ValidTrajectoriesConfig
 
+CODE = {"candidate_trajectories": "made:here, version 7", "valid_trajectories": "decided:here, version 4"}
 CONFIGS = (CandidateTrajectoriesConfig(seed=1), ValidTrajectoriesConfig())
 NOTHING = {
     "rules_pass": True, "rules_broken": "", "video_score": None, "video_pass": False, "video_abstains": True, "reasons": ""
@@ -49,10 +50,10 @@ def begun(monkeypatch, tmp_path):
     monkeypatch.setattr(algorithm, "write_tables", lambda *given: None)
     monkeypatch.setattr(algorithm, "read_start", lambda path: None)
 
-    def generate(target=3, configs=CONFIGS, versions=None):
-        inputs = {"seed_demos": {"towel": tmp_path}}
+    def generate(target=3, configs=CONFIGS, versions=None, code=CODE):
+        inputs, out = {"seed_demos": {"towel": tmp_path}}, tmp_path / "out"
         made_from = versions or {"seed_demos": "a1"}
-        return generate_until(inputs, "towel", None, configs, made_from, tmp_path / "out", target, 1, lambda rows: None)
+        return generate_until(inputs, "towel", None, configs, made_from, code, out, target, 1, lambda rows: None)
 
     return generate
 
@@ -75,6 +76,10 @@ def test_a_larger_target_goes_on(begun):
         ({"versions": {"seed_demos": "b2"}}, "input.seed_demos was a1 .* is b2"),
         ({"configs": (CandidateTrajectoriesConfig(seed=4), CONFIGS[1])}, "setting.seed was 1"),
         ({"configs": (CONFIGS[0], ValidTrajectoriesConfig(use_video=False))}, "filter.use_video was True"),
+        (
+            {"code": CODE | {"candidate_trajectories": "made:here, version 8"}},
+            "code.candidate_trajectories was made:here, version 7 .* is made:here, version 8 now; give another folder",
+        ),
     ],
 )
 def test_a_folder_that_was_begun_with_something_else_is_refused_and_kept(begun, tmp_path, changed, named):
@@ -84,6 +89,15 @@ def test_a_folder_that_was_begun_with_something_else_is_refused_and_kept(begun, 
         begun(**changed)
     assert (tmp_path / "out" / "plan.json").read_text() == before
     assert json.loads(before)["garment"] == "towel"
+
+
+def test_a_folder_of_code_that_did_not_note_its_version_is_refused(begun, tmp_path):
+    begun()
+    plan = json.loads((tmp_path / "out" / "plan.json").read_text())
+    older = {name: value for name, value in plan.items() if not name.startswith("code.")}
+    (tmp_path / "out" / "plan.json").write_text(json.dumps(older))
+    with pytest.raises(BadInput, match="candidate_trajectories was not noted when this folder was begun"):
+        begun()
 
 
 def test_counts_of_the_stage_have_no_say(begun):

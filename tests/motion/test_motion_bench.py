@@ -1,18 +1,18 @@
 """What the record of a generated episode says of it."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from motion_synthetic import HOME, a_model
+from motion_synthetic import HOME, a_demo, a_model
 
 import sim1.motion.bench
 from sim1.cloth.config import CellConfig
 from sim1.cloth.physics import nominal_from_priors, physics_of_record
-from sim1.episode import RATE_HZ, Episode, read_episode
+from sim1.episode import RATE_HZ, Episode, read_episode, write_episode
 from sim1.motion.assembly import Attempt, Source
-from sim1.motion.bench import Bench
+from sim1.motion.bench import Bench, read_source
 from sim1.motion.stage import CandidateTrajectoriesConfig
 from sim1.quota import Ticket
 from sim1.robot.expert_task import read_task
@@ -84,3 +84,26 @@ def test_it_says_what_was_to_be_done_in_the_words_of_the_task(record):
 
 def test_it_holds_the_physics_that_it_was_simulated_with(record):
     assert physics_of_record(record["physics"], "episode.json") == FABRIC
+
+
+def test_of_the_demonstrations_garments_only_the_starts_of_interactions_are_kept(tmp_path, home):
+    rng, moving = np.random.default_rng(0), np.arange(120)[:, None, None] + home.start_m
+    pool = [part for index in range(3) for part in a_demo(f"{index:04d}", rng, 3 * index, success=index < 2)]
+    for index in range(3):
+        still = Episode(
+            time_s=np.arange(120) / RATE_HZ,
+            joints_rad=np.repeat(HOME[None], 120, axis=0),
+            openness=np.ones((120, 2)),
+            command_joints_rad=np.repeat(HOME[None], 120, axis=0),
+            command_openness=np.ones((120, 2)),
+            garment_m=moving.astype(np.float32),
+            about={"cell": asdict(CellConfig())},
+        )
+        write_episode(tmp_path / "episodes" / f"{index:04d}", still)
+    np.savez(tmp_path / "start.npz", garment_m=home.start_m)
+
+    kept = read_source(tmp_path, pool).garment_m
+    assert list(kept) == [("0000", 40), ("0001", 40)]
+    for garment_m in kept.values():
+        np.testing.assert_array_equal(garment_m, moving[40].astype(np.float32))
+        assert garment_m.base is None  # a view would hold all frames

@@ -1,6 +1,7 @@
 """The whole way on a small towel: settle, plan, grip by contact, fold, record, judge, replay, write."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,13 +9,15 @@ import numpy as np
 import pytest
 import yaml
 
+import sim1.robot.demonstrations
+from sim1.cloth.cell import Cell, SimulationBroke
 from sim1.cloth.garment import grid_towel
 from sim1.cloth.physics import nominal_from_priors, write_physics
 from sim1.episode import read_episode, write_episode
 from sim1.motion.replay import replay_commands
 from sim1.robot.session import shortened
 from sim1.robot.stage import SeedDemosConfig, check_seed_demos, seed_demos
-from sim1.scene.description import Scene, write_scene
+from sim1.scene.description import Scene, read_scene, write_scene
 from sim1.stage import BadInput
 
 ROOT = Path(__file__).parents[2]
@@ -95,6 +98,39 @@ def test_all_blocking_checks_pass_and_the_replay_of_the_whole_run_is_equal_to_th
     assert again["largest_difference_m"] == 0.0
 
 
+@pytest.mark.parametrize(
+    ("falls_from_m", "complaint"),
+    [
+        (0.3, r"0\.1 s after .* still moves at 0\.\d+ m/s, at rest is below 0\.03; give it longer \(settle_s\)"),
+        (-0.5, "slid off the table"),
+    ],
+)
+def test_a_garment_that_does_not_come_to_rest_is_refused(inputs, tmp_path, falls_from_m, complaint):
+    copied = shutil.copytree(inputs["scene"]["towel"], tmp_path / "scene")
+    write_scene(copied, replace(read_scene(copied), garment_place=place((0.0, 0.0, falls_from_m))))
+    config = SeedDemosConfig(substeps=2, iterations=1, settle_s=0.1)
+    with pytest.raises(BadInput, match=complaint):
+        seed_demos({**inputs, "scene": {"towel": copied}}, tmp_path, config)
+
+
+@pytest.mark.parametrize("breaks_at", [1, 30])
+def test_demonstrations_whose_simulation_breaks_fail_and_do_not_crash(inputs, tmp_path, monkeypatch, breaks_at):
+    def step(cell, joints_rad, openness):
+        steps(cell, joints_rad, openness)
+        if cell.frame == breaks_at:
+            raise SimulationBroke(cell.frame, 3, "vertex 3 flew away")
+
+    steps, lying = Cell.step, (TOWEL.rest_m + np.array([0.0, 0.0, 0.002])).astype(np.float32)
+    monkeypatch.setattr(Cell, "step", step)
+    monkeypatch.setattr(sim1.robot.demonstrations, "settle", lambda cell, **limits: lying)
+    config = SeedDemosConfig(demo_count=1, attempts=2, substeps=2, iterations=1)
+    facts = seed_demos(inputs, tmp_path, config)
+    assert [row["failure"] for row in facts["attempts"]] == ["simulation broke"] * 2
+    findings = {finding.name: finding for finding in check_seed_demos(tmp_path)}
+    assert findings["replay_reproduces_demonstration"].passed
+    assert not findings["a_demonstration_succeeds"].passed
+
+
 def test_an_episode_is_replayed_in_the_fabric_that_it_was_made_in(artifact, inputs, tmp_path):
     """Nothing of the calibration is asked: by now it may be another one."""
     out, _ = artifact
@@ -125,8 +161,6 @@ def test_the_session_opens_as_usd_with_moving_garment_and_links(artifact):
 
 
 def test_damaged_demonstrations_do_not_pass_the_check(artifact, tmp_path):
-    import shutil
-
     from sim1.episode import episode_folders, write_episode
 
     bad = tmp_path / "artifact"
@@ -141,13 +175,12 @@ def test_damaged_demonstrations_do_not_pass_the_check(artifact, tmp_path):
 
 
 def test_a_task_out_of_reach_is_recorded_as_unreachable(inputs):
-    from sim1.cloth.cell import Cell, CellConfig
+    from sim1.cloth.cell import CellConfig
     from sim1.cloth.garment import read_garment_mesh
     from sim1.cloth.physics import read_physics
     from sim1.robot.expert_task import read_task
     from sim1.robot.expert_variation import PLAIN
     from sim1.robot.session import demonstrate
-    from sim1.scene.description import read_scene
 
     scene = read_scene(inputs["scene"]["towel"])
     physics = read_physics(inputs["calibrated_physics"]["towel"] / "cell.yaml")
@@ -165,7 +198,6 @@ def test_a_second_step_grasps_where_the_first_left_the_garment_and_folds_on_its_
     from sim1.robot.expert import Workspace, plan_step
     from sim1.robot.expert_task import find_keypoints, ideal_fold, read_task
     from sim1.robot.expert_variation import PLAIN
-    from sim1.scene.description import read_scene
 
     document = yaml.safe_load(inputs["task"]["towel"].read_text())
     document["keypoints"] |= {"left": [0.0, 1.0], "right": [0.0, -1.0]}
@@ -196,7 +228,6 @@ def test_a_second_step_grasps_where_the_first_left_the_garment_and_folds_on_its_
 
 def test_a_full_disk_surfaces_from_the_writer_thread(artifact, inputs, tmp_path):
     from sim1.robot.session_writer import SessionWriter
-    from sim1.scene.description import read_scene
 
     episode = read_episode(artifact[0] / "episodes" / "0000")
     (tmp_path / "episodes").write_text("a file where the folder should be")

@@ -1,13 +1,16 @@
 import json
 import shutil
+import weakref
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 from validity_synthetic import make_artifacts
 
+import sim1.validity.examples
 import sim1.validity.watching
-from sim1.episode import episode_folders
+from sim1.episode import episode_folders, read_episode
 from sim1.stage import BadInput
 from sim1.validity.deciding import compared_filters
 from sim1.validity.stage import (
@@ -22,6 +25,7 @@ from sim1.validity.stage import (
     video_discriminator,
 )
 
+USUAL = ValidTrajectoriesConfig()
 TESTED = 2  # of three demonstrations with as many failures each
 TINY = VideoDiscriminatorConfig(step_count=6, frame_count=4, frame_width=32, frame_height=32, batch_size=4, width=16)
 
@@ -63,6 +67,22 @@ def test_the_discriminator_abstains_with_too_few_failures_and_says_so(world):
     assert names(check_video_discriminator(root / "video_discriminator"), passed=False) == {"decides"}
 
 
+def test_video_of_another_size_is_refused_before_anything_is_learned(world, tmp_path):
+    _, inputs = world
+    wider = replace(TINY, frame_width=48)
+    with pytest.raises(BadInput, match=r"episodes/0000: the video has frames of 32 x 32 px, .* is for 48 x 32; give"):
+        run(video_discriminator, inputs, tmp_path / "out", wider)
+
+
+def test_what_was_learned_from_another_size_does_not_decide(world, tmp_path):
+    root, inputs = world
+    trained = shutil.copytree(root / "video_discriminator", tmp_path / "trained")
+    model = json.loads((trained / "model.json").read_text())
+    (trained / "model.json").write_text(json.dumps(model | {"frame_height": 48}))
+    with pytest.raises(BadInput, match=r"episodes/0000: the video has frames of 32 x 32 px, .* is for 32 x 48; give"):
+        run(valid_trajectories, {**inputs, "video_discriminator": {"sheet": trained}}, tmp_path / "out", USUAL)
+
+
 def test_a_missing_class_makes_it_abstain_without_a_network(tmp_path):
     inputs = make_artifacts(tmp_path, [1.0], [1.0, 0.99])
     run(video_discriminator, inputs, tmp_path / "out", TINY)
@@ -75,7 +95,7 @@ def test_a_missing_class_makes_it_abstain_without_a_network(tmp_path):
 def test_good_candidates_are_copied_and_the_bad_one_is_explained(world, tmp_path):
     _, inputs = world
     out = tmp_path / "valid"
-    run(valid_trajectories, inputs, out, ValidTrajectoriesConfig())
+    run(valid_trajectories, inputs, out, USUAL)
     table = pd.read_parquet(out / "decisions.parquet").set_index("episode")
     assert table.accepted.to_dict() == {"0000": True, "0001": True, "0002": True, "0003": True, "0004": False}
     assert "judge: not folded" in table.loc["0004", "reasons"]
@@ -84,6 +104,29 @@ def test_good_candidates_are_copied_and_the_bad_one_is_explained(world, tmp_path
     assert (out / "episodes/0000/video.npz").exists()
     assert (out / "film_strips.png").exists()
     assert not names(check_valid_trajectories(out), passed=False)
+
+
+def test_attempts_disturbed_on_purpose_are_no_part_of_the_shares_and_are_told_by_themselves(world, tmp_path):
+    _, inputs = world
+    candidates = shutil.copytree(inputs["candidate_trajectories"]["sheet"], tmp_path / "candidates")
+    attempts = pd.read_parquet(candidates / "attempts.parquet")
+    attempts["perturbed"] = attempts.episode.isin(["0003", "0004"])  # a good fold and the half one
+    attempts.to_parquet(candidates / "attempts.parquet")
+    facts = run(
+        valid_trajectories, {**inputs, "candidate_trajectories": {"sheet": candidates}}, tmp_path / "out", USUAL
+    )
+    meant = ("accepted", "judged_successful", "pass_rules")
+    assert [facts[name].split(" =")[0] for name in meant] == ["3 of 3"] * 3
+    assert facts["disturbed_on_purpose_accepted"].startswith("1 of 2")
+    assert len(episode_folders(tmp_path / "out")) == 4
+
+
+def test_figures_of_the_filters_say_that_they_are_of_attempts_that_the_filters_learned_from(world, tmp_path):
+    _, inputs = world
+    facts = run(valid_trajectories, inputs, tmp_path / "out", USUAL)
+    assert "filters" not in facts
+    [rules] = facts["filters_on_attempts_that_they_learned_from"]
+    assert (rules["filter"], rules["recall"].split(" =")[0]) == ("state rules alone", "4 of 4")
 
 
 def test_filters_can_be_switched_off_one_by_one(world, tmp_path):
@@ -104,7 +147,7 @@ def test_nothing_accepted_is_a_blocking_finding_with_the_reasons(tmp_path):
     for stage, config in ((state_rules, StateRulesConfig()), (video_discriminator, TINY)):
         run(stage, inputs, tmp_path / stage.__name__, config)
         inputs[stage.__name__] = {"sheet": tmp_path / stage.__name__}
-    run(valid_trajectories, inputs, tmp_path / "valid", ValidTrajectoriesConfig())
+    run(valid_trajectories, inputs, tmp_path / "valid", USUAL)
     finding = next(item for item in check_valid_trajectories(tmp_path / "valid") if item.name == "something_accepted")
     assert finding.blocking
     assert not finding.passed
@@ -184,6 +227,23 @@ def test_a_broken_floor_is_found(world, tmp_path):
     text = (tmp_path / "rules.yaml").read_text().replace("above: 0", "above: 90", 1)
     (tmp_path / "rules.yaml").write_text(text)
     assert "recall_floor" in names(check_state_rules(tmp_path), passed=False)
+
+
+@pytest.mark.parametrize(("stage", "config"), [(state_rules, StateRulesConfig()), (video_discriminator, TINY)])
+def test_of_many_trajectories_hardly_more_than_one_is_held_at_once(world, tmp_path, monkeypatch, stage, config):
+    _, inputs = world
+    read, held = [], []
+
+    def reading(folder):
+        held.append(sum(garment_m() is not None for garment_m in read))
+        episode = read_episode(folder)
+        read.append(weakref.ref(episode.garment_m))
+        return episode
+
+    monkeypatch.setattr(sim1.validity.examples, "read_episode", reading)
+    run(stage, inputs, tmp_path / "out", config)
+    assert len(held) == 8
+    assert max(held) == 1  # the one before, while the next is read
 
 
 def test_stages_write_the_same_bytes_again(world, tmp_path):

@@ -99,7 +99,7 @@ def make_artifacts(root: Path, demo_shares: list[float], candidate_shares: list[
         failure = None if success else "not folded"
         episode = an_episode(garment, success=success, failure=failure, sources=[source], perturbed=False)
         write_episode(folder, episode)
-        write_clip(folder, head_clip(garment, SHEET.faces, scene, rate_hz=10.0, width=64, height=48))
+        write_clip(folder, head_clip(garment, SHEET.faces, scene, rate_hz=10.0, width=32, height=32))
         rows.append(
             {"attempt": index, "episode": name, "perturbed": False, "ran": True, "success": success, "failure": failure}
         )
