@@ -34,7 +34,7 @@ def write_summary(snapshot: Snapshot) -> Path:
         title="From scan to scaling curve",
         lead=(
             f"{_origin(states, profile)} Garments: {', '.join(snapshot.garments)}. Shipped scans are virtual, demonstrations come from a "
-            "scripted expert, and simulation plays the part of reality: but for those that are called the paper's, no figure on this page was "
+            "scripted expert (from a person for garments with commands in data/demonstrations/), and simulation plays the part of reality: but for those that are called the paper's, no figure on this page was "
             "measured on a real robot."
         ),
         sections=[*found, Section(heading="What every stage made", paragraphs=[index]), *made],

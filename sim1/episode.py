@@ -16,6 +16,9 @@ RATE_HZ = 30.0
 ARMS = ("left", "right")
 JOINT_COUNT = 6
 SCHEMA = "sim1.episode/1"
+STATE_NAMES = [  # of `Episode.state` and `Episode.action`
+    name for arm in ARMS for name in (*(f"{arm}_joint_{j + 1}_rad" for j in range(JOINT_COUNT)), f"{arm}_openness")
+]
 
 
 @dataclass(frozen=True, kw_only=True)

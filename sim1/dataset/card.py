@@ -50,8 +50,8 @@ None of the figures or pictures here were measured on a real robot.
   to the next frame's.
 * **Garment shapes** come from the scans that the pipeline was given. Those that the project ships are virtual: made by a model of
   a depth camera, not by a scanner.
-* **Demonstrations** that the trajectories were grown from are those of a scripted expert, unless `about` in
-  `provenance.parquet` names a person's recording.
+* **Demonstrations** that the trajectories were grown from are those of a scripted expert, but for garments
+  for which a person's commands lay in `data/demonstrations/`.
 
 ## Columns
 

@@ -14,13 +14,10 @@ from sim1.dataset.keypoints import KEYPOINTS, keypoint_indices
 from sim1.dataset.quiet import quiet_libraries
 from sim1.dataset.sources import RenderedClip
 from sim1.dataset.stage import DatasetConfig
-from sim1.episode import ARMS, JOINT_COUNT
+from sim1.episode import STATE_NAMES
 from sim1.progress import track
 from sim1.stage import BadInput
 
-STATE_NAMES = [
-    name for arm in ARMS for name in (*(f"{arm}_joint_{j + 1}_rad" for j in range(JOINT_COUNT)), f"{arm}_openness")
-]
 THUMBNAIL = (8, 6)  # pixels; enough to tell whether a frame belongs to a state, whatever the codec did to it
 
 

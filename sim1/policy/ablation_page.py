@@ -16,7 +16,7 @@ LEAD = (
 )
 STAND_INS = [
     "Garment scans may be virtual (made by a depth-camera model), demonstrations come from a scripted expert instead of "
-    "a teleoperator, and the stand-in reality is a simulator too; where there are recordings of real cloth, trials are in the cell that made the data.",
+    "a teleoperator (but for garments with commands in data/demonstrations/), and the stand-in reality is a simulator too; where there are recordings of real cloth, trials are in the cell that made the data.",
     "The paper's columns texture, lighting and viewpoint change pictures or friction; this policy sees joints and garment "
     "keypoints alone, so pictures cannot change its result, and of texture only the friction is left.",
 ]

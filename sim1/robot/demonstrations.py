@@ -1,8 +1,9 @@
-"""Demonstrations until enough succeeded: the garment settles, the expert folds, everything is written."""
+"""Demonstrations: the garment settles, a person's commands or the expert fold it, everything is written."""
 
 import json
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,19 +13,23 @@ from sim1.cloth.physics import read_physics
 from sim1.episode import Episode
 from sim1.motion.placement import random_placement
 from sim1.progress import report
-from sim1.robot.expert_task import SCHEMA, read_task
+from sim1.robot.expert_task import SCHEMA, Task, read_task
 from sim1.robot.expert_variation import Spread, draw_variation
 from sim1.robot.pad_slip import pad_slip_m
-from sim1.robot.session import demonstrate, replay, settle, shortened
+from sim1.robot.session import demonstrate, follow, replay, settle, shortened
 from sim1.robot.session_pictures import film_strip, outcome_picture
 from sim1.robot.session_writer import SessionWriter
 from sim1.robot.stage import SeedDemosConfig
+from sim1.robot.teleoperation import read_commands
 from sim1.scene.description import read_scene
 from sim1.stage import Facts, Inputs, garment_of, only, random_stream
 
 
 def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path) -> Facts:
     """Demonstrate in a cell with the fabric in the file `physics`; see `seed_demos`.
+
+    Where a person's demonstrations are given, all of them are followed, and the expert does nothing; else the expert tries until
+    enough succeeded.
 
     Raises:
         BadInput: a damaged input, or a garment that does not come to rest on the table.
@@ -35,17 +40,16 @@ def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path)
     task = read_task(_task_file(only(inputs, "task"), garment))
     numerics = CellConfig(substeps=config.substeps, iterations=config.iterations)
     cell = Cell(mesh, scene, read_physics(physics), numerics, broken_to=out / "broken.npz")
-    spread = Spread(grasp_m=config.grasp_std_m, pace=config.pace_std)
-    report(0, config.attempts, "garment settles")
+    given = read_commands(only(inputs, "demonstrations")) if inputs.get("demonstrations") else []
+    most = len(given) or config.attempts
+    report(0, most, "garment settles")
     start = settle(cell, longest_s=config.settle_s, rest_speed_m_s=config.rest_speed_m_s)
     np.savez(out / "start.npz", garment_m=start)
     (out / "task.json").write_text(json.dumps({"schema": SCHEMA, **asdict(task)}, indent=1, sort_keys=True) + "\n")
 
     rows, best = [], None
     with SessionWriter(out / "episodes", mesh.faces, scene, limit=config.queue) as writer:
-        for attempt in range(config.attempts):
-            stream = random_stream(config.seed, garment, "demonstration", attempt)
-            variation = draw_variation(stream, spread)
+        for attempt in range(most):
             about = {
                 "garment": garment,
                 "kind": "demonstration",
@@ -54,14 +58,18 @@ def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path)
                 "attempt": attempt,
                 "sources": [],
             }
-            episode = demonstrate(cell, task, _laid(start, config.laid_m, stream), variation, about)
+            if given:
+                one = given[attempt]
+                episode = follow(cell, task, start, one, {**about, "commands_of": one.origin})
+            else:
+                episode = _by_expert(cell, task, start, config, about)
             writer.put(f"{attempt:04d}", episode)
             rows.append(_row(attempt, episode, cell))
             if best is None or (episode.about["success"] and not best.about["success"]):
                 best = episode
             success_count = sum(row["success"] for row in rows)
-            report(attempt + 1, config.attempts, f"{success_count} of {attempt + 1} folds succeeded")
-            if success_count >= config.demo_count:
+            report(attempt + 1, most, f"{success_count} of {attempt + 1} folds succeeded")
+            if not given and success_count >= config.demo_count:
                 break
     (out / "cell.json").write_text(
         json.dumps(_cell_facts(cell, best, config.replay_s), indent=1, sort_keys=True) + "\n"
@@ -69,7 +77,8 @@ def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path)
     film_strip(out / "1_film_strip.png", best, mesh.faces, title=f"{task.title} ({garment}): {_outcome(best.about)}")
     outcome_picture(out / "2_outcome.png", best, mesh.faces, task)
     return {
-        "stand_in": "scripted expert in place of a person who teleoperates",
+        **({} if given else {"stand_in": "scripted expert in place of a person who teleoperates"}),
+        "commands_by": "a person" if given else "a scripted expert",
         "attempt_count": len(rows),
         "success_count": success_count,
         "vertex_count": len(mesh.rest_m),
@@ -77,6 +86,12 @@ def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path)
         **_grasp_facts([row for row in rows if row["success"]]),
         "attempts": rows,
     }
+
+
+def _by_expert(cell: Cell, task: Task, start_m: np.ndarray, config: SeedDemosConfig, about: dict[str, Any]) -> Episode:
+    stream = random_stream(config.seed, about["garment"], "demonstration", about["attempt"])
+    variation = draw_variation(stream, Spread(grasp_m=config.grasp_std_m, pace=config.pace_std))
+    return demonstrate(cell, task, _laid(start_m, config.laid_m, stream), variation, about)
 
 
 def _grasp_facts(folded: list[dict]) -> dict[str, float]:

@@ -13,6 +13,7 @@ from sim1.robot.expert import Workspace, plan_step
 from sim1.robot.expert_task import Task
 from sim1.robot.expert_variation import Variation
 from sim1.robot.kinematics import Unreachable
+from sim1.robot.teleoperation import Commands
 from sim1.stage import BadInput
 from sim1.validity.success import judge
 
@@ -85,6 +86,32 @@ def demonstrate(cell: Cell, task: Task, start_m: np.ndarray, variation: Variatio
         failure, note = "unreachable", str(error)
     except SimulationBroke as error:
         failure, note = "simulation broke", str(error)
+    return _judged(recorder, cell, task, about, last, failure, note)
+
+
+def follow(cell: Cell, task: Task, start_m: np.ndarray, commands: Commands, about: dict[str, Any]) -> Episode:
+    """Let the arms do what a person asked of them, with the garment at `start_m` (v, 3); the episode says how it went."""
+    cell.reset(start_m, commands.start_joints_rad, commands.start_openness)
+    recorder = Recorder(cell)
+    failure, note, last = None, "", (commands.joints_rad[-1], commands.openness[-1])
+    try:
+        for asked in zip(commands.joints_rad, commands.openness):
+            recorder.step(*asked)
+    except SimulationBroke as error:
+        failure, note = "simulation broke", str(error)
+    return _judged(recorder, cell, task, about, last, failure, note)
+
+
+def _judged(
+    recorder: Recorder,
+    cell: Cell,
+    task: Task,
+    about: dict[str, Any],
+    last: tuple[np.ndarray, np.ndarray],
+    failure: str | None,
+    note: str,
+) -> Episode:
+    """The episode once the garment has come to rest under arms that stay at their `last` command, and what the judge says."""
     if failure != "simulation broke":
         for _ in range(round(END_HOLD_S * RATE_HZ)):
             recorder.step(*last)

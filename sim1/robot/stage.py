@@ -38,10 +38,11 @@ class RealDemosConfig(SeedDemosConfig):
 
 
 def seed_demos(inputs: Inputs, out: Path, config: SeedDemosConfig) -> Facts:
-    """Settle the garment on the table, then demonstrate its task until enough runs succeeded.
+    """Settle the garment on the table, then demonstrate its task.
 
-    Writes `episodes/NNNN/` with `session.usdc`, `start.npz`, `task.json` and pictures. Stand-in for a person who teleoperates
-    (SIM1, section on data collection): the expert is scripted, gripping is by finger contact and friction alone.
+    Writes `episodes/NNNN/` with `session.usdc`, `start.npz`, `task.json` and pictures. Where a person teleoperated (SIM1, section on
+    data collection; `data/demonstrations/GARMENT/`, a LeRobot dataset), the arms follow those commands, all of them. Else a scripted
+    expert stands in until enough runs succeeded. Gripping is by finger contact and friction alone.
 
     Raises:
         BadInput: a damaged input, or a garment that does not come to rest on the table.
@@ -82,6 +83,13 @@ def check_source_task(path: Path) -> None:
     from sim1.robot.expert_task import read_task
 
     read_task(path)
+
+
+def check_source_demonstrations(path: Path) -> None:
+    """Raises BadInput where a person's demonstrations are at fault."""
+    from sim1.robot.teleoperation import read_commands
+
+    read_commands(path)
 
 
 def check_seed_demos(artifact: Path) -> list[Finding]:

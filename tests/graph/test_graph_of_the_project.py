@@ -83,6 +83,17 @@ def test_one_moved_vertex_of_the_towel_re_derives_its_chain_and_the_joint_artifa
     assert changed_since(project, before) == ["seed_demos/shirt", "segment_pool/shirt"]
 
 
+def test_further_demonstrations_of_the_towel_leave_every_other_garments_episodes_as_they_are(whole):
+    given = whole.root / "data" / "demonstrations" / "towel"
+    given.mkdir(parents=True)
+    (given / "commands.txt").write_text("left, right\n")
+    stale = not_fresh(whole)
+    demonstrated = {id_ for id_, node in whole.graph.nodes.items() if node.stage.name == "seed_demos"}
+    assert stale == artifacts_of(whole.graph, whole.graph.descendants(demonstrated), ("towel",))
+    assert {"seed_demos/towel", "rendered_episodes/towel", "dataset"} <= stale
+    assert [name for name in stale if name.endswith("/shirt")] == []
+
+
 def test_a_changed_fabric_makes_the_frames_stale_and_what_is_made_from_them_and_nothing_above(whole):
     (whole.root / "data" / "appearance" / "fabrics.txt").write_text("another red\n")
     with whole.instance() as instance:

@@ -61,7 +61,7 @@ def measure(inputs: Inputs, garment: str, config: MotionLikenessConfig, out: Pat
         figures = _figures(demos, paths, garment, config)
     record = {
         "schema": SCHEMA, "garment": garment, "seed": config.seed, "method": model.method, "settings": SETTINGS,
-        "stand_in": "the demonstrator is a scripted expert in place of a person who teleoperates",
+        "stand_in": "the demonstrator is a scripted expert in place of a person who teleoperates, but for garments with commands in data/demonstrations/",
         "counts": _counts(demos, made, moved),
         "figures": {name: _records(row) for name, row in figures.items()},
         "moved_figures": {

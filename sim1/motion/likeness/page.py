@@ -12,8 +12,9 @@ LEAD = (
     "with the garment where it was placed."
 )
 STAND_IN = (
-    "The demonstrator is a scripted expert, a stand-in for a person: its ways are minimum-jerk curves of the joints without any "
-    "tremor, so regular that small errors of a sampler give it away. Likeness to people was not measured."
+    "Where no commands lie in data/demonstrations/, the demonstrator is a scripted expert, a stand-in for a person: its ways are "
+    "minimum-jerk curves of the joints without any tremor, so regular that small errors of a sampler give it away. Likeness to people was "
+    "not measured."
 )
 COLUMNS = {
     "demonstrations": "Demonstrations", "diffusion": "Diffusion", "straight": "Straight lines",
