@@ -20,6 +20,7 @@ AGAIN = 2  # iterations of that
 LONGEST = 10  # iterations after which the leader's search ends, converged or not
 NEAR, FAR = 3.0, 0.3  # of a threshold, and of what the best gains: models further behind it are not fitted again
 WORTH_MORE = 0.5  # share of a threshold from which more effort is spent
+STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one search differ by less
 PARTNERS = 3  # second effects that are tried beside each
 FIRSTS = 3  # models that they are tried beside: the best one and its closest rivals
 
@@ -199,9 +200,17 @@ def simplified(engine: Engine, pool: list[Model], thresholds: Thresholds, names:
 
 
 def _from_there(engine: Engine, model: Model, other: Model, names: tuple[str, ...]) -> Model:
-    start = np.concatenate([other.fit.nominal_z, model.fit.z[len(model.fit.nominal_z) :]])
+    """The model from where `other`, which contains it, arrived, if that is better; slopes are measured only if it is."""
+    own, unknowns = len(model.fit.nominal_z), model.fit.unknowns
+    low, high = unknowns.bounds()
+    start = np.clip(np.concatenate([other.fit.nominal_z, model.fit.z[own:]]), low, high)
+    slopes = {name: np.hstack([other.fit.slopes[name][:, :own], model.fit.slopes[name][:, own:]]) for name in names}
     try:
-        found = fit(engine, model.fit.unknowns, start, names, temper=model.fit.temper, most=AGAIN)
+        looked = engine.residuals(unknowns, start, names), slopes
+        there = fit(engine, unknowns, start, names, temper=model.fit.temper, most=0, given=looked, settle=False)
+        if there.cost - promised(there) > model.fit.cost - STUCK:
+            return model
+        found = fit(engine, unknowns, start, names, temper=model.fit.temper, most=AGAIN, given=looked, exact=False)
     except NotConverged:
         return model
     again = judged(found, model.fit.temper, model.variants)

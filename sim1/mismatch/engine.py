@@ -18,8 +18,9 @@ from sim1.recording.bundle import Bundle
 from sim1.recording.creep import creep_m
 from sim1.stage import BadInput
 
-STEP_S = 1 / 60  # of searches; what it gets wrong is measured with FINE_STEP_S and corrected for
-FINE_STEP_S = 1 / 240
+STEP_S = 1 / 60  # of searches; what it gets wrong is measured with half of it and corrected for
+FINE_STEP_S = 1 / 240  # of predictions
+RICHARDSON = 4 / 3  # of what half a step changes is what a step gets wrong: BDF2 is of second order
 ENOUGH_VERTICES = 250  # a mesh of fewer is refined: slack sheets of 12 x 12 vertices fold millimetres off
 WOBBLE_Z = 0.03  # in prior standard deviations: what the simulator itself is taken to be wrong by
 FOLLOW_HZ = 1.0  # how fast a simulated marker follows the measured one while models are compared
@@ -96,12 +97,12 @@ class Engine:
 
     def refine(self, world: World, names: tuple[str, ...]) -> None:
         """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for."""
-        kinds = [(self.finer, STEP_S), (self.other_mesh, STEP_S), (self.finer, FINE_STEP_S)]
+        kinds = [(self.finer, STEP_S), (self.other_mesh, STEP_S), (self.finer, STEP_S / 2)]
         runs = self.run([self._task(name, (world,), *kind) for kind in kinds for name in names])
         for k, name in enumerate(names):
-            working, rough, exact = (run.markers_m[0] for run in runs[k :: len(names)])
+            working, rough, halved = (run.markers_m[0] for run in runs[k :: len(names)])
             stage = self.stages[name]
-            stage.defect_m = exact - working
+            stage.defect_m = RICHARDSON * (halved - working)
             stage.observed = replace(stage.observed, mesh_m=mesh_error(stage.observed, working - rough))
             stage.coarser_m = stage.observed.reduce(rough - working)
 
@@ -172,9 +173,16 @@ class Engine:
             steps.append(step)
         return self._markers(worlds, names), np.array(steps)
 
-    def answers(self, worlds: list[World], steps: np.ndarray, names: tuple[str, ...]) -> Looked:
-        """Residuals of the first world, and how they change, per unit, towards each of the others."""
-        return self._looked(self._markers(worlds, names), steps)
+    def answers(self, worlds: list[World], steps: np.ndarray, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        """How residuals (K, W - 1) change, per unit, from the first world towards each of the others."""
+        return self._looked(self._markers(worlds, names), steps)[1]
+
+    @contextmanager
+    def roughly(self) -> Iterator[None]:
+        """On the other mesh, by what is known of errors on the working one: directions, not places."""
+        with self.aside():
+            self.finer = self.other_mesh
+            yield
 
     def _looked(self, runs: dict[str, np.ndarray], steps: np.ndarray) -> Looked:
         residuals, slopes = {}, {}

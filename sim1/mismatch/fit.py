@@ -11,9 +11,11 @@ from sim1.mismatch.engine import Engine, Looked
 from sim1.mismatch.search import Unknowns
 
 FREEDOM = 5.0  # of the Student-t likelihood
+LEAST_CURVATURE = (
+    0.6  # of a residual's weight: what bends down is no measure of how far to go, and far off the weights are right
+)
 CONVERGED = 4e-4  # relative change of the cost that ends a search
 LEAST = 0.3  # nats that a step must promise besides
-FORETOLD = 0.5  # of what a step promised must come true, else slopes are measured anew
 MOST_CORRELATED_S = 1.0
 LEAST_TEMPER = 3.0  # markers beside each other share what the mesh gets wrong, however white each one's residual is
 
@@ -28,6 +30,15 @@ def loss(residual: np.ndarray) -> np.ndarray:
 def weights(residual: np.ndarray) -> np.ndarray:
     """Weights of the equivalent least squares."""
     return (FREEDOM + 1) / (FREEDOM + residual**2)
+
+
+def curvatures(residual: np.ndarray) -> np.ndarray:
+    """Second derivatives of the loss, at least `LEAST_CURVATURE` of the weights.
+
+    Residuals that are a little large bend it less than their weights say, and steps by these alone stay short (Triggs et al. 2000, section 4.3).
+    """
+    own = (FREEDOM + 1) * (FREEDOM - residual**2) / (FREEDOM + residual**2) ** 2
+    return np.maximum(own, LEAST_CURVATURE * weights(residual))
 
 
 def secant_weights(before: np.ndarray, after: np.ndarray) -> np.ndarray:
@@ -93,10 +104,9 @@ def fit(
 ) -> Fit:
     """Search from `z` with the engine's present correction for its step; `most` = 0 only looks at `z`.
 
-    Slopes cost several times what a simulation does: they are kept from step to step, corrected by what each step showed (Broyden
-    1965), and measured anew where they foretell badly and before the search is called converged, that is, promises less than `enough`
-    of the cost. `given` is what `Engine.slopes` says at `z`, or nearly so if it is not `exact`. Without `settle` slopes of the end may be
-    old ones: somebody else goes on from there.
+    A step is tried with its slopes, which cost about as much as what they come with: the next one knows its way. `given` is what
+    `Engine.slopes` says at `z`, or nearly so if it is not `exact`: then slopes are measured before the search is called converged, that
+    is, promises less than `enough` of the cost. Without `settle` slopes of the end may be what was given: somebody else goes on from there.
     """
     low, high = unknowns.bounds()
     z = np.clip(z, low, high)
@@ -113,21 +123,16 @@ def fit(
         if better:
             taken += 1
             progress(taken / most)
-            trial, new, gain = better
-            slopes, exact = corrected(slopes, residuals, new, trial - z, normal), False
-            z, residuals = trial, new
-            if gain > FORETOLD * hoped:
-                continue
+            z, (residuals, new) = better
+            slopes, exact = (slopes, False) if new is None else (new, True)
         elif exact or (arrived and not settle):
             converged = followed  # also where no way leads down along the slopes: as good as this mesh tells
             break
-        measured = _measured(engine, unknowns, z, names)
-        if measured is None:
-            break
-        (residuals, slopes), exact = measured, True
-    else:
-        if settle and not exact and not engine.patience.over:
-            residuals, slopes = _measured(engine, unknowns, z, names) or (residuals, slopes)
+        else:
+            measured = _measured(engine, unknowns, z, names)
+            if measured is None:
+                break
+            (residuals, slopes), exact = measured, True
     return Fit(
         unknowns=unknowns,
         z=z,
@@ -157,38 +162,24 @@ def _downhill(
     names: tuple[str, ...],
     temper: Tempers,
     cost: float,
-) -> tuple[bool, tuple[np.ndarray, dict[str, np.ndarray], float] | None]:
-    """Whether any simulation along `step` found its way; z, residuals and gain where the cost is lower."""
+) -> tuple[bool, tuple[np.ndarray, tuple[dict[str, np.ndarray], dict[str, np.ndarray] | None]] | None]:
+    """Whether any simulation along `step` found its way; z, residuals and slopes where the cost is lower.
+
+    Slopes are None where the sheet finds its way and its twins do not.
+    """
     low, high = unknowns.bounds()
     followed = False
     for share in (1.0, 0.4, 0.1):
         trial = np.clip(z + share * step, low, high)
+        new = _measured(engine, unknowns, trial, names)
         try:
-            new = engine.residuals(unknowns, trial, names)
+            residuals, slopes = new or (engine.residuals(unknowns, trial, names), None)
         except NotConverged:
             continue
         followed = True
-        gain = cost - cost_of(new, names, temper) - 0.5 * float(trial @ trial)
-        if gain > 0.0:
-            return True, (trial, new, gain)
+        if cost_of(residuals, names, temper) + 0.5 * float(trial @ trial) < cost:
+            return True, (trial, (residuals, slopes))
     return followed, None
-
-
-def corrected(
-    slopes: dict[str, np.ndarray],
-    old: dict[str, np.ndarray],
-    new: dict[str, np.ndarray],
-    moved: np.ndarray,
-    normal: np.ndarray,
-) -> dict[str, np.ndarray]:
-    """Slopes (K, P) that would have foretold what a step (P,) did, otherwise as they were (Broyden 1965).
-
-    Least changed in the metric of what is known, `normal` (P, P): of two ways that moved together the one that recordings cannot see,
-    density and stiffness by one factor, say, is not what they answered to.
-    """
-    along = normal @ moved
-    along = along / max(float(moved @ along), 1e-300)
-    return {name: j + np.outer(new[name] - old[name] - j @ moved, along) for name, j in slopes.items()}
 
 
 def normal_equations(
@@ -198,12 +189,12 @@ def normal_equations(
     names: tuple[str, ...],
     temper: Tempers,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Newton matrix (P, P) and gradient (P,) of the negative log posterior."""
+    """Curvature (P, P), second derivatives of the simulation left out, and gradient (P,) of the negative log posterior."""
     normal, gradient = np.eye(len(z)), z.copy()
     for name in names:
-        w = weights(residuals[name])
-        normal = normal + (slopes[name].T * w) @ slopes[name] / temper[name]
-        gradient = gradient + slopes[name].T @ (w * residuals[name]) / temper[name]
+        j = slopes[name]
+        normal = normal + (j.T * curvatures(residuals[name])) @ j / temper[name]
+        gradient = gradient + j.T @ (weights(residuals[name]) * residuals[name]) / temper[name]
     return normal, gradient
 
 

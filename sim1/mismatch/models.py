@@ -70,7 +70,7 @@ def calibrate(
             z,
             names,
             temper=temper,
-            enough=CONVERGED if working else ROUGH,
+            enough=CONVERGED if number == len(PASSES) - 1 else ROUGH,
             given=looked,
             settle=number == len(PASSES) - 1,
             progress=lambda share, n=number: progress((n + share) / len(PASSES)),

@@ -11,7 +11,7 @@ from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch import contest
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import corrected, fit, loss, promised, secant_weights
+from sim1.mismatch.fit import LEAST_CURVATURE, curvatures, fit, loss, promised, secant_weights, weights
 from sim1.mismatch.models import Model, Tried, judged, widened, without
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Term, Unknowns, baseline
@@ -75,14 +75,22 @@ def test_a_straight_model_is_fitted_within_its_own_interval(unknowns):
     assert off @ np.linalg.solve(found.covariance, off) < 9.2  # chi-square of two, 99 %
 
 
-def test_slopes_are_kept_between_steps_and_measured_anew_where_the_search_ends(unknowns):
+def test_a_step_is_tried_with_its_slopes_and_the_search_ends_with_those_of_its_end(unknowns):
     engine = Straight(bent=0.3)
     found = fit(engine, unknowns, np.zeros(2), ("only",), temper={"only": 1.0}, most=20)
     measured = engine.slopes(unknowns, found.z, ("only",))[1]["only"]
     assert found.converged
     assert found.slopes["only"] == pytest.approx(measured)
     assert promised(found) < 0.5
-    assert engine.looks <= 4  # the start, one or two on the way, the end, and the test's own
+    assert engine.looks <= 6  # the start, a few steps, and the test's own
+
+
+def test_curvatures_are_second_derivatives_of_the_loss_where_it_bends_up():
+    residual, step = np.array([0.0, 0.5, -1.1]), 1e-4
+    measured = (loss(residual + step) - 2.0 * loss(residual) + loss(residual - step)) / step**2
+    np.testing.assert_allclose(curvatures(residual), measured, rtol=1e-5)
+    far = np.array([3.0, -30.0])
+    np.testing.assert_allclose(curvatures(far), LEAST_CURVATURE * weights(far))
 
 
 def test_slopes_that_somebody_guessed_are_not_believed_at_the_end(unknowns):
@@ -95,19 +103,6 @@ def test_slopes_that_somebody_guessed_are_not_believed_at_the_end(unknowns):
     straight = fit(engine, unknowns, np.zeros(2), ("only",), temper={"only": 1.0}, most=20)
     assert found.converged
     assert found.cost == pytest.approx(straight.cost, abs=0.5)
-
-
-def test_slopes_that_a_step_corrected_foretell_it_and_see_no_more_of_what_nothing_shows_than_before():
-    """A step that nothing was seen of, beside one that was: by the step's length alone both would share the correction."""
-    stream = np.random.default_rng(2)
-    seen, unseen = np.array([1.0, -1.0]), np.array([1.0, 1.0])
-    slopes = np.outer(20.0 * stream.standard_normal(300), seen)
-    moved = 0.1 * seen + 0.5 * unseen
-    new = slopes @ moved + 4.0 * stream.standard_normal(300)
-    normal = np.eye(2) + slopes.T @ slopes
-    after = corrected({"only": slopes}, {"only": np.zeros(300)}, {"only": new}, moved, normal)["only"]
-    np.testing.assert_allclose(after @ moved, new)
-    assert np.linalg.norm(after @ unseen) < 1e-3 * np.linalg.norm(after @ seen)
 
 
 def test_a_leader_is_searched_to_the_end_and_who_is_far_behind_is_left(unknowns, monkeypatch):
