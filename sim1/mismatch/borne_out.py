@@ -2,13 +2,14 @@
 
 from sim1.mismatch.decide import (
     Decision,
+    adds_enough,
     best_of,
+    contenders_of,
     rating,
     said_of,
     steady,
     unchanged,
     worth_over,
-    worthy_of,
 )
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import Thresholds
@@ -21,9 +22,10 @@ def doubtful(decision: Decision, pool: list[Model], thresholds: Thresholds) -> M
     """The best model with one effect more than was chosen that adds nearly enough: motion held out is asked whether it does."""
     if not decision.chosen.terms or decision.rivals:
         return None
-    least = thresholds.doubtful * thresholds.second
-    more = [one for one in pool if set(decision.chosen.terms) < set(one.terms)]
-    more = [one for one in more if worth_over(decision.chosen, one, thresholds) >= least]
+    chosen = decision.chosen
+    more = [one for one in pool if set(chosen.terms) < set(one.terms)]
+    null, nearly = decision.null, thresholds.doubtful
+    more = [one for one in more if adds_enough(null, chosen, one, thresholds, share=nearly)]
     return best_of(more, thresholds) if more else None
 
 
@@ -39,7 +41,7 @@ def with_doubtful(
     if more is None:
         return decision
     said = against[more.terms] - against[decision.chosen.terms]
-    if worth_over(decision.chosen, more, thresholds, said) < thresholds.second:
+    if not adds_enough(decision.null, decision.chosen, more, thresholds, said=said):
         return decision
     if not steady(decision.null, more, thresholds, frozenset()):
         return decision
@@ -65,9 +67,9 @@ def borne_out(
     asked = [part for part in parts_of(pool, best) if part.terms in against]
     for part in sorted(asked, key=lambda model: rating(model, thresholds)):
         said = against[best.terms] - against[part.terms]
-        if set(part.terms) < set(best.terms) and worth_over(part, best, thresholds, said) < thresholds.second:
+        if set(part.terms) < set(best.terms) and not adds_enough(null, part, best, thresholds, said=said):
             best = part
-    kept = worth_over(null, best, thresholds, max(against[best.terms], 0.0)) >= thresholds.named
+    kept = worth_over(null, best, thresholds, max(against[best.terms], 0.0)) >= thresholds.asked(best.terms)
     if not kept or not steady(null, best, thresholds, measured):
         return unchanged("unknown", null)
     return decision if best is decision.chosen else _said_again(null, best, pool, thresholds, measured)
@@ -82,5 +84,4 @@ def _said_again(
     null: Model, best: Model, pool: list[Model], thresholds: Thresholds, measured: frozenset[str]
 ) -> Decision:
     """Another model leads: what it leaves unexplained and who rivals it are asked anew."""
-    standing = [model for model in worthy_of(pool, thresholds) if steady(null, model, thresholds, measured)]
-    return said_of(null, best, standing, thresholds, measured)
+    return said_of(null, best, contenders_of(pool, best, thresholds, measured), thresholds, measured)

@@ -18,8 +18,10 @@ from sim1.mismatch.thresholds import Thresholds
 FINALISTS = 3  # models, the baseline among them, that are fitted again once the mesh's error is known at the best
 AGAIN = 2  # iterations of that
 LONGEST = 10  # iterations after which the leader's search ends, converged or not
-NEAR, FAR = 3.0, 0.3  # of a threshold, and of what the best gains: models further behind it are not fitted again
-WORTH_MORE = 0.5  # share of a threshold from which more effort is spent
+NEAR, FAR = 270.0, 0.3  # nats, and of what the best gains: models further behind it are not fitted again
+PROMISING = (
+    45.0  # nats from which more effort is spent; no share of a threshold: these are measured by searches like it
+)
 STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one search differ by less
 PARTNERS = 3  # second effects that are tried beside each
 FIRSTS = 3  # models that they are tried beside: the best one and its closest rivals
@@ -59,7 +61,7 @@ def contest(
 
 def _promising(engine: Engine, found: Contest, thresholds: Thresholds) -> bool:
     gain = gain_of(found.pool, best_of(found.pool, thresholds), thresholds)
-    return gain > WORTH_MORE * thresholds.named and not engine.patience.over
+    return gain > PROMISING and not engine.patience.over
 
 
 def with_one_effect(
@@ -69,7 +71,7 @@ def with_one_effect(
 
     A baseline that turns out to have been stuck is a wrong place to look from: effects are then sought once more from the better one.
     """
-    stuck_by, afar = WORTH_MORE * thresholds.named, ()
+    stuck_by, afar = PROMISING, ()
     for _ in range(2):
         afar = afar or from_afar(engine, base, base.temper, names)
         singles = extended(engine, base, base.temper, names, progress)
@@ -98,7 +100,7 @@ def sharpened(engine: Engine, found: Contest, names: tuple[str, ...], thresholds
     engine.refine(at.unknowns.world(at.z), names)
     looked = engine.soften(at.unknowns, at.z, names)
     finalists = sorted(found.pool, key=lambda model: (bool(model.terms), rating(model, thresholds)))[:FINALISTS]
-    reach = max(NEAR * thresholds.named, FAR * gain_of(found.pool, best, thresholds))
+    reach = max(NEAR, FAR * gain_of(found.pool, best, thresholds))
     pool = []
     for model in finalists:
         given = looked if model is best else None
@@ -167,7 +169,7 @@ def with_a_second(
                 (n + share) / len(firsts), f"{name} beside {one.terms[0]}"
             ),
             most=PARTNERS,
-            least=WORTH_MORE * thresholds.second,
+            least=PROMISING,
             variants=first.variants,
         )
         pairs += tried.models

@@ -62,6 +62,19 @@ def worth_over(base: Model, model: Model, thresholds: Thresholds, against: float
     return rest + (counted / overcounted(model.fit, base.fit) if counted > 0.0 else counted)
 
 
+def adds_enough(
+    null: Model, less: Model, more: Model, thresholds: Thresholds, *, said: float = 0.0, share: float = 1.0
+) -> bool:
+    """Whether a model adds to another what one effect more is asked for, or a `share` of it; `said`: nats of motion held out against it.
+
+    A strong effect whose formula is a little off leaves a part of what it gains to whatever imitates the difference.
+    """
+    gain = rating(less, thresholds) - rating(more, thresholds) - said
+    first = rating(null, thresholds) - rating(less, thresholds)
+    worthy = worth_over(less, more, thresholds, said) >= share * thresholds.asked_beside(less.terms, more.terms)
+    return worthy and gain >= share * thresholds.second_share * first
+
+
 def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> float:
     """Mean squared residual of some recordings, or all, gross errors capped, in units of its variance."""
     values = np.concatenate([fit.residuals[name] for name in names or fit.names])
@@ -144,19 +157,38 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     best = _leader(pool, standing, thresholds)
     if best is None:  # something gains, and nothing that is there beyond doubt
         return unchanged("unknown", null)
-    return said_of(null, best, standing, thresholds, measured)
+    return said_of(null, best, contenders_of(pool, best, thresholds, measured), thresholds, measured)
 
 
 def worthy_of(pool: list[Model], thresholds: Thresholds) -> list[Model]:
     """The models that are worth a name."""
     null = null_of(pool)
-    return [model for model in pool if model.terms and worth_over(null, model, thresholds) >= thresholds.named]
+    return [
+        model for model in pool if model.terms and worth_over(null, model, thresholds) >= thresholds.asked(model.terms)
+    ]
+
+
+def contenders_of(pool: list[Model], best: Model, thresholds: Thresholds, measured: frozenset[str]) -> list[Model]:
+    """Models that stand against a leader: steady and worth what the cheapest kind of effect asks for, or fitting better than it.
+
+    What fits better and is no name, as its evidence counts errors often or its kind asks for more, is no less likely for that.
+    """
+    null, lead = null_of(pool), rating(best, thresholds)
+    return [
+        one
+        for one in pool
+        if one.terms
+        and (
+            rating(one, thresholds) < lead
+            or (worth_over(null, one, thresholds) >= thresholds.named and steady(null, one, thresholds, measured))
+        )
+    ]
 
 
 def said_of(
     null: Model, best: Model, standing: list[Model], thresholds: Thresholds, measured: frozenset[str]
 ) -> Decision:
-    """The verdict where `best` leads those that stand: whether it explains what is missing, and what explains it about as well."""
+    """The verdict where `best` leads, those that are `standing` against it given: whether it explains what is missing, and who does about as well."""
     if left(null.fit, best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
         standing = [model for model in standing if set(model.terms) <= measured]
         if not standing:
@@ -229,7 +261,8 @@ def _simpler(pool: list[Model], standing: list[Model], best: Model, thresholds: 
     rest = [model for model in pool if model.terms and set(model.terms) < set(best.terms)]
     rest += [model for model in standing if _contained(model.terms, best.terms)]
     rest += [best_of(fewer, thresholds)] if fewer else []
-    within = [model for model in rest if worth_over(model, best, thresholds) < thresholds.second]
+    null = null_of(pool)
+    within = [model for model in rest if not adds_enough(null, model, best, thresholds)]
     return best_of(within, thresholds) if within else None
 
 

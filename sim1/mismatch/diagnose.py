@@ -97,7 +97,9 @@ def _diagnose(
     if decision.chosen.terms:
         foretold["augmented"] = foretold_by(engine, decision.chosen, fitted) | told[decision.chosen.terms]
     verdict = decision.verdict
-    if verdict == "none" and (stopped or any(candidate.gain > thresholds.named for candidate in found.lost)):
+    if verdict == "none" and (
+        stopped or any(candidate.gain > thresholds.asked((candidate.term.effect.name,)) for candidate in found.lost)
+    ):
         verdict = "unknown"  # not all was tried
     progress(0.93, "locating")
     return Diagnosis(

@@ -144,7 +144,10 @@ def probabilities(models: tuple[Model, ...], verdict: str, thresholds: Threshold
     of them together.
     """
     scores = np.array(
-        [thresholds.named * bool(model.terms) - worth(list(models), model, thresholds) for model in models]
+        [
+            (thresholds.asked(model.terms) if model.terms else 0.0) - worth(list(models), model, thresholds)
+            for model in models
+        ]
     )
     weight = np.exp(-(scores - scores.min()) / EASED)
     weight /= weight.sum() * (2.0 if verdict == "unknown" else 1.0)

@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/5`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/6`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/5"
+SCHEMA = "sim1.diagnosis/6"
 
 
 class Ranked(Strict):
@@ -55,9 +55,12 @@ class Prices(Strict):
     """What a name has to gain in nats, to explain and to foretell."""
 
     per_term: float
-    named: float  # what an effect has to be worth
+    named: float  # what an effect has to be worth, if it acts on the whole sheet or its rig,
+    named_place: float  # at a place that is searched,
+    named_table: float  # or through the table
     margin: float
     second: float  # what one effect more has to be worth beside the first
+    second_share: float  # and of what the first gains, that it has to gain
     explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`
     left: float
     significance: float  # of the test that an effect's strength is not nothing
@@ -72,7 +75,7 @@ class Prices(Strict):
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/5"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/6"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts

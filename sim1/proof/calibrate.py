@@ -8,15 +8,18 @@ import numpy as np
 import yaml
 from scipy.stats import CensoredData, gumbel_r, norm, rv_continuous
 
+from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.thresholds import SCHEMA, Measured, Null
-from sim1.proof.score import BASELINE, JOINT, Outcome
+from sim1.proof.score import Outcome
 from sim1.stage import BadInput, random_stream
 
 LEVEL = 0.05  # share of bundles with nothing missing that may exceed any of the thresholds, which share it evenly
-SHARED_BY = 4  # thresholds: a name's worth, two of misfit, and what any model gains
+SHARED_BY = 6  # thresholds: a name's worth by three kinds of effect, two of misfit, and what any model gains
+KINDS = ("whole", "place", "table")  # of effects, see `Effect.kind`
 LEAST = 10  # such bundles; fewer say nothing about one in twenty
 ROUND, ROUND_MISFIT = 5.0, 0.05  # upwards; nats, and mean squares
 RESAMPLES = 200
+LEAST_NAMED = 20.0  # nats: cloth of other laboratories may be harder to simulate than that of the one which calibrates
 STRANGE = 0.1  # share of cases that may be of another kind than most
 
 
@@ -37,14 +40,17 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
     codes = sorted({outcome.code_sha256 for outcome in nulls})
     if len(codes) > 1 or any(outcome.code_changed for outcome in nulls):
         raise BadInput(f"cases were diagnosed by {len(codes)} states of the code; calibrate with a campaign by one")
-    worths = np.array([largest(outcome.found.worths) for outcome in nulls])
+    worths, places, tables = (np.array([largest(one.found.worths, kind) for one in nulls]) for kind in KINDS)
     gains = np.array([max([0.0, *outcome.found.gains.values()]) for outcome in nulls])
     table = np.array([outcome.found.table for outcome in nulls])
+    named = max(LEAST_NAMED, _most(worths))
     stream = random_stream(0, "calibration")
     again = [level_of(stream.choice(worths, len(worths))) for _ in range(RESAMPLES)]
     low, high = np.quantile(again, [0.025, 0.975])
     return Measured(
-        named=_most(worths),
+        named=named,
+        named_place=max(named, _most(places)),  # few cases may show nothing of a kind: no name is cheaper for that
+        named_table=max(named, _most(tables[table])),
         named_ci95=(round(float(low), 1), round(float(high), 1)),
         misfit=_above(level_of(np.array([one.found.misfit[0] for one in nulls]), norm), ROUND_MISFIT),
         misfit_alone=_above(level_of(np.array([one.found.misfit_alone for one in nulls])), ROUND_MISFIT),
@@ -55,13 +61,15 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
         nulls=tuple(
             Null(
                 seed=one.seed,
-                worth=round(float(worth), 1),
+                worth=round(float(worths[k]), 1),
+                worth_place=round(float(places[k]), 1),
+                worth_table=round(float(tables[k]), 1),
                 misfit=round(one.found.misfit[0], 3),
                 misfit_alone=round(one.found.misfit_alone, 3),
-                gain=round(float(gain), 1),
+                gain=round(float(gains[k]), 1),
                 table=one.found.table,
             )
-            for one, worth, gain in zip(nulls, worths, gains, strict=True)
+            for k, one in enumerate(nulls)
         ),
     )
 
@@ -76,13 +84,13 @@ def _above(value: float, step: float) -> float:
     return round(float(step * np.ceil(value / step)), 6)
 
 
-def largest(worths: dict[str, float]) -> float:
-    """Of the models with one effect; 0 where none gained anything."""
-    return max([0.0, *(worth for name, worth in worths.items() if name != BASELINE and JOINT not in name)])
+def largest(worths: dict[str, float], kind: str) -> float:
+    """Of the models with one effect, of one kind; 0 where none gained anything."""
+    return max([0.0, *(worth for name, worth in worths.items() if name in EFFECTS and EFFECTS[name].kind() == kind)])
 
 
 def level_of(gains: np.ndarray, family: rv_continuous = gumbel_r) -> float:
-    """What is exceeded in a quarter of `LEVEL` of the cases, by a distribution of most likelihood; 0 where nothing ever gained.
+    """What is exceeded in its share of `LEVEL` of the cases, by a distribution of most likelihood; 0 where nothing ever gained.
 
     Of the largest tenth it is taken to be known that they are large, not how large: one chaotic sheet else decides.
     """

@@ -18,7 +18,9 @@ def test_an_effect_stands_in_the_table_with_how_it_shows(name):
 def test_thresholds_are_those_in_force():
     asked = THRESHOLDS
     for said in (
-        f"a model is worth {asked.named:g} nats",
+        f"a model is worth {asked.named:g} nats; {asked.named_place:g} with an effect at a place that is searched, "
+        f"{asked.named_table:g} with one that acts through the table",
+        f"gains {asked.second_share:.0%} of what the other gains".replace("%", " %"),
         f"misfit is {asked.misfit:g} or more, or {asked.misfit_alone:g} in one recording",
         f"some model gains {asked.gain:g} nats, {asked.gain_table:g} with a table",
         f"from {asked.doubtful:g} of that on",

@@ -6,7 +6,7 @@ from scipy.stats import gumbel_r, norm
 from test_proof_score import outcome
 
 from sim1.data_file import read_data_file
-from sim1.mismatch.thresholds import FILE, SCHEMA, THRESHOLDS, Measured, read_thresholds
+from sim1.mismatch.thresholds import FILE, SCHEMA, THRESHOLDS, Measured, Thresholds, read_thresholds
 from sim1.proof.calibrate import calibrated, largest, level_of, write_thresholds
 from sim1.stage import BadInput
 
@@ -21,13 +21,13 @@ def few_resamples(monkeypatch):
     monkeypatch.setattr("sim1.proof.calibrate.RESAMPLES", 20)
 
 
-def nulls(gains, code="c0de", left=LEFT):
-    """Cases with nothing concealed, by what the best effect gains and the baseline leaves."""
+def nulls(gains, code="c0de", left=LEFT, by="wind"):
+    """Cases with nothing concealed, by what the best effect, `by`, gains and the baseline leaves."""
     made = []
     for number, gain in enumerate(gains):
         case = outcome(f"case_{number:03d}", "null", [], "none")
         changed = {
-            "worths": {"the baseline": 0.0, "wind": float(gain)},
+            "worths": {"the baseline": 0.0, by: float(gain)},
             "gains": {"wind": 2.0 * float(gain)},
             "table": number % 3 == 0,
             "misfit": (float(left[number]), 0.9),
@@ -41,12 +41,29 @@ def nulls(gains, code="c0de", left=LEFT):
 def test_the_level_of_many_gains_is_the_quantile_of_their_distribution_also_where_most_gained_nothing():
     for place in (10.0, -8.0):  # in the second, three cases of five gain nothing, and say only that
         gains = np.maximum(gumbel_r.rvs(place, 12.0, size=20_000, random_state=1), 0.0)
-        assert level_of(gains) == pytest.approx(gumbel_r.ppf(1 - 0.05 / 4, place, 12.0), rel=0.03)
+        assert level_of(gains) == pytest.approx(gumbel_r.ppf(1 - 0.05 / 6, place, 12.0), rel=0.03)
 
 
 def test_no_case_seen_would_be_given_a_name():
     far = [*np.zeros(15), 3.0, 90.0]
     assert calibrated(nulls(far)).named >= 90.0
+
+
+@pytest.mark.parametrize(("name", "dear"), [("heavy_region", "named_place"), ("static_friction", "named_table")])
+def test_what_chance_looks_like_one_kind_of_effect_asks_more_of_that_kind_alone(name, dear):
+    both = [*nulls(5.0 + 0.2 * np.arange(20)), *nulls(60.0 + np.arange(20), by=name)]
+    measured = calibrated(both)
+    assert getattr(measured, dear) >= 79.0
+    assert max(getattr(measured, other) for other in ("named", "named_place", "named_table") if other != dear) < 60.0
+    thresholds = Thresholds(
+        **{
+            f: getattr(measured, f)
+            for f in ("named", "named_place", "named_table", "misfit", "misfit_alone", "gain", "gain_table")
+        },
+        second=0.0,
+    )
+    assert thresholds.asked((name,)) == thresholds.asked(("wind", name)) == getattr(measured, dear)
+    assert thresholds.asked(("wind",)) == measured.named
 
 
 def test_few_cases_would_be_called_unknown_and_a_strange_one_does_not_decide():
@@ -59,29 +76,31 @@ def test_few_cases_would_be_called_unknown_and_a_strange_one_does_not_decide():
     assert calibrated(nulls(GAINS, left=strange)).misfit < 1.5
 
 
-def test_of_many_such_cases_one_in_twenty_at_most_exceeds_any_of_the_four():
+def test_of_many_such_cases_one_in_twenty_at_most_exceeds_any_of_the_six():
     stream = np.random.default_rng(2)
-    worths, left, alone, gains = (gumbel_r.rvs(0.0, 1.0, size=20_000, random_state=stream) for _ in range(4))
     any_of = np.zeros(20_000, bool)
-    for values in (worths, left, alone, gains):
+    for values in (gumbel_r.rvs(0.0, 1.0, size=20_000, random_state=stream) for _ in range(6)):
         any_of |= values > level_of(values + 20.0) - 20.0
     assert any_of.mean() == pytest.approx(0.05, abs=0.005)
 
 
 def test_the_best_single_effect_counts_not_the_baseline_or_pairs():
-    assert largest({"the baseline": 0.0, "wind": 12.0, "slip": 20.0, "slip with wind": 31.0}) == 20.0
-    assert largest({"the baseline": 0.0, "wind": -4.0}) == 0.0
+    worths = {"the baseline": 0.0, "wind": 12.0, "grip_slip": 20.0, "grip_slip with wind": 31.0, "adhesion": 40.0}
+    assert largest(worths, "whole") == 20.0
+    assert largest(worths, "table") == 40.0
+    assert largest(worths, "place") == 0.0
+    assert largest({"the baseline": 0.0, "wind": -4.0}, "whole") == 0.0
 
 
 def test_what_is_written_is_what_a_diagnosis_reads_with_the_seeds_that_made_it(tmp_path):
     measured = calibrated(nulls(GAINS))
     write_thresholds(tmp_path / "thresholds.yaml", measured)
     read = read_thresholds(tmp_path / "thresholds.yaml")
-    assert read.named == read.second == measured.named
+    assert read.named == read.second == measured.named == measured.named_place
     assert (read.misfit, read.misfit_alone, read.nulls) == (measured.misfit, measured.misfit_alone, 60)
     assert [null.seed for null in measured.nulls] == list(range(60))
     low, high = measured.named_ci95
-    assert low < gumbel_r.ppf(1 - 0.05 / 4, 10.0, 12.0) < high
+    assert low < gumbel_r.ppf(1 - 0.05 / 6, 10.0, 12.0) < high
     assert measured == calibrated(nulls(GAINS))
 
 
@@ -89,6 +108,8 @@ def test_thresholds_in_force_are_what_the_cases_beside_them_ask_for():
     measured = read_data_file(FILE, Measured, SCHEMA)
     assert len(measured.nulls) == THRESHOLDS.nulls >= 10
     assert THRESHOLDS.named == measured.named >= max(null.worth for null in measured.nulls)
+    assert THRESHOLDS.named_place == measured.named_place >= max(null.worth_place for null in measured.nulls)
+    assert THRESHOLDS.named_table == measured.named_table >= max(null.worth_table for null in measured.nulls)
     assert THRESHOLDS.gain == measured.gain >= max(null.gain for null in measured.nulls if not null.table)
     assert THRESHOLDS.gain_table == measured.gain_table >= max(null.gain for null in measured.nulls if null.table)
     for name, of_null, family in (
@@ -109,6 +130,6 @@ def test_few_cases_or_two_states_of_the_code_are_refused():
 
 
 def test_a_damaged_file_is_named(tmp_path):
-    (tmp_path / "thresholds.yaml").write_text("schema: sim1.thresholds/4\nnamed: many\n")
+    (tmp_path / "thresholds.yaml").write_text("schema: sim1.thresholds/5\nnamed: many\n")
     with pytest.raises(BadInput, match=r"thresholds\.yaml: .*named is 'many'"):
         read_thresholds(tmp_path / "thresholds.yaml")
