@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from small_bundle import SIDE_M, empty_bundle, plain_world
 
+from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.lacking import cloth_part, lacking_force, lacking_forces
 from sim1.cloth.precise.scene import prepare
 
@@ -66,3 +67,13 @@ def test_what_acts_through_the_rig_alone_is_no_force_on_the_cloth(world):
     late = replace(world, lag_s=0.02, clock_offset_s=0.01, compliance_m_n=1e-3)
     assert cloth_part(late, world) == world
     assert cloth_part(replace(late, air_skin=0.1), world) != world
+
+
+@pytest.mark.parametrize("name", sorted(e.name for e in EFFECTS.values() if e.measured and e.name != "gravity_tilt"))
+def test_what_the_rig_and_cameras_do_is_no_force_on_the_cloth(world, name):
+    """Thresholds too: a slip that was named was looked for on the cloth, and found to be nothing anywhere."""
+    effect = EFFECTS[name]
+    values = {c.name: c.value(0.7) for c in effect.coefficients}
+    model = effect.alter(world, values)
+    assert model != world
+    assert cloth_part(model, world) == world

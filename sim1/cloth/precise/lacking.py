@@ -10,7 +10,15 @@ from sim1.cloth.precise.memory import remember, settle
 from sim1.cloth.precise.scene import Scene
 from sim1.cloth.precise.world import World, pack
 
-RIG = ("lag_s", "clock_offset_s", "frame_shift_m", "frame_turn_rad", "compliance_m_n", "slip_rate_m_n_s")
+RIG = (
+    "lag_s",
+    "clock_offset_s",
+    "frame_shift_m",
+    "frame_turn_rad",
+    "compliance_m_n",
+    "slip_threshold_n",
+    "slip_rate_m_n_s",
+)
 
 
 def cloth_part(model: World, plain: World) -> World:
