@@ -130,11 +130,13 @@ def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESH
 
 
 def admitted(found: Diagnosis, thresholds: Thresholds) -> tuple[Model, ...]:
-    """Models that a verdict leaves standing: one that rates better than a named one was refused by its rules."""
+    """Models that a verdict leaves standing: one that rates better than a named one, and is no rival, was refused by its rules."""
     if found.verdict not in ("named", "ambiguous"):
         return found.models
-    best = rating(found.chosen, thresholds)
-    return tuple(model for model in found.models if model is found.chosen or rating(model, thresholds) >= best)
+    best, standing = rating(found.chosen, thresholds), (found.chosen, *found.rivals)
+    return tuple(
+        model for model in found.models if rating(model, thresholds) >= best or any(model is one for one in standing)
+    )
 
 
 def probabilities(models: tuple[Model, ...], verdict: str, thresholds: Thresholds) -> dict[str, float]:

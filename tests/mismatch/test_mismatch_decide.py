@@ -1,13 +1,14 @@
 """A verdict says no more than the evidence: thresholds, simplest model within reach, rivals, excess that nothing explains."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from small_pool import fitted, pool_of
 
 from sim1.mismatch.decide import decide, explained, left, mean_square
-from sim1.mismatch.findings import probabilities
+from sim1.mismatch.findings import admitted, probabilities
 from sim1.mismatch.thresholds import THRESHOLDS
 
 WORTH_ALONE = replace(THRESHOLDS, gain=np.inf)  # nothing stands out by what it gains alone
@@ -251,6 +252,15 @@ def test_what_is_simpler_and_does_not_stand_takes_no_name_away_unless_it_is_a_pa
     assert decide(pool, THRESHOLDS).chosen.terms == ("wind",)
     pool = pool_of(unknowns, {("adhesion", "wind"): 330.0, ("wind",): 300.0})
     assert decide(pool, WORTH_ALONE).verdict == "none"
+
+
+def test_a_rival_that_fits_better_keeps_its_probability_and_what_rules_refused_has_none(unknowns):
+    pool = pool_of(unknowns, {("anisotropic_stretch",): 214.0, ("strain_stiffening",): 70.0, ("wind",): 60.0})
+    better, chosen, worse = pool[1:]
+    found = SimpleNamespace(verdict="ambiguous", chosen=chosen, rivals=(better,), models=tuple(pool))
+    assert [one.terms for one in admitted(found, THRESHOLDS)] == [(), better.terms, chosen.terms, worse.terms]
+    found.verdict, found.rivals = "named", ()
+    assert [one.terms for one in admitted(found, THRESHOLDS)] == [(), chosen.terms, worse.terms]
 
 
 def test_even_odds_are_where_a_name_begins_and_the_unknown_is_as_probable_as_all_names(unknowns):
