@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-type Predict = Callable[[np.ndarray], np.ndarray]
-"""Observation -> chunk (chunk_frames, action_size), first row for the current frame."""
+type Predict = Callable[[], np.ndarray]
+"""Chunk (chunk_frames, action_size) from what is seen now, first row for the current frame."""
 
 
 class ChunkExecution:
@@ -24,14 +24,14 @@ class ChunkExecution:
         self._chunks: list[tuple[int, np.ndarray]] = []  # (frame of the first row, chunk), oldest first
         self._frame = 0
 
-    def command(self, observation: np.ndarray) -> np.ndarray:
+    def command(self) -> np.ndarray:
         """Command (action_size,) of this frame; call once per frame.
 
         Raises:
             ValueError: the chunks do not reach that far.
         """
         if self._frame % self._replan_frames == 0:
-            self._chunks.append((self._frame, self._predict(observation)))
+            self._chunks.append((self._frame, self._predict()))
         self._chunks = [(start, chunk) for start, chunk in self._chunks if self._frame < start + len(chunk)]
         rows = [chunk[self._frame - start] for start, chunk in self._chunks]
         if not rows:

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from sim1.film_strip import HEIGHT, WIDTH, FilmStrip, Look, film_strip, laid_dow
 from sim1.motion.placement import random_placement
 from sim1.policy.lessons import NAMES, ModelKey
 from sim1.policy.model import ChunkPolicy
-from sim1.policy.rollout import Driving, Start, roll_out
-from sim1.policy.stage import PolicyConfig
+from sim1.policy.rollout import Driving, Pilot, Start, StatePilot, roll_out
 from sim1.policy.time_limit import TimeLimit
 from sim1.quota import Ticket
 from sim1.recording.reality import read_world
@@ -36,6 +35,7 @@ TRIAL_COLUMNS = (
 )  # fmt: skip
 BROKEN = "simulation broke"  # the judge's word for it
 REALITY, SIMULATOR = "stand-in reality", "simulator"
+RUBBED = ("friction", "texture")  # shifts in which friction of all contacts is another
 FINER = 2  # times the simulator's substeps: reality is not resolved by the same steps
 
 type Judge = Callable[[np.ndarray], tuple[bool, str | None, Mapping[str, float]]]
@@ -72,10 +72,20 @@ class Trial:
         """Of its file (`sim1.quota.Ticket`)."""
         return Ticket(series=self.series, number=self.number).name
 
-    def friction_factor(self, config: PolicyConfig) -> float:
+    def friction_factor(self, config: "Laying") -> float:
         """Of all contacts, against the world as it is."""
         factors = config.friction_factors
-        return factors[self.number % len(factors)] if self.shift == "friction" else 1.0
+        return factors[self.number % len(factors)] if self.shift in RUBBED else 1.0
+
+
+class Laying(Protocol):
+    """Settings that say how the garment is laid down in trials, of whatever stage makes them (`PolicyConfig` explains them)."""
+
+    seed: int
+    laid_m: float
+    shift_m: float
+    turn_rad: float
+    friction_factors: tuple[float, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,13 +94,19 @@ class TrialSettings:
 
     driving: Driving
     limits: Mapping[str, TimeLimit]  # by garment
-    config: PolicyConfig
+    config: Laying
 
 
 def run_trial(
     bench: Bench, trial: Trial, model: ChunkPolicy, keypoints: np.ndarray, settings: TrialSettings
 ) -> tuple[dict[str, Any], FilmStrip]:
-    """The trial's row (`TRIAL_COLUMNS`) and its pictures.
+    """The row (`TRIAL_COLUMNS`) and the pictures of a trial of a state policy."""
+    row, history_m = drive(bench, trial, StatePilot(model, trial.garment, keypoints), settings)
+    return row, film_strip(title_of(row), history_m, bench.look)
+
+
+def drive(bench: Bench, trial: Trial, pilot: Pilot, settings: TrialSettings) -> tuple[dict[str, Any], np.ndarray]:
+    """The trial's row (`TRIAL_COLUMNS`) and the garment over time (T, v, 3).
 
     Placements belong to a network's seed and the trial's number: those of one seed meet the same ones whatever they learnt from,
     in every variant, so that they compare in pairs; those of another seed meet others, so that trials add up.
@@ -104,7 +120,7 @@ def run_trial(
     start = Start(garment_m=moved, joints_rad=bench.start.joints_rad, openness=bench.start.openness)
     duration_s, history = settings.limits[trial.garment].duration_s, []
     try:
-        for garment_m in roll_out(bench.cell, start, model, trial.garment, keypoints, settings.driving, duration_s):
+        for garment_m in roll_out(bench.cell, start, pilot, settings.driving, duration_s):
             history.append(garment_m)
         # The task's fold lines lie along the world's axes: judged as if the garment had not been moved, a turned
         # garment that is folded along its own axes counts as folded.
@@ -127,10 +143,10 @@ def run_trial(
         "friction_factor": trial.friction_factor(config),
         "simulated_s": duration_s,
     }
-    return row, film_strip(_title(row), np.stack(history), bench.look)
+    return row, np.stack(history)
 
 
-def _title(row: Mapping[str, Any]) -> str:
+def title_of(row: Mapping[str, Any]) -> str:
     """Who drove, and where the garment lay."""
     rubbing = f", friction × {row['friction_factor']:g}" if row["friction_factor"] != 1.0 else ""
     return (

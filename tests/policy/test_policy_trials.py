@@ -12,7 +12,7 @@ import sim1.policy.trials
 from sim1.cloth.physics import ClothPhysics, Property
 from sim1.policy.experiment import trial_garments, trial_models
 from sim1.policy.lessons import REAL, Lesson, ModelKey
-from sim1.policy.rollout import Driving, Start, observe, roll_out
+from sim1.policy.rollout import Driving, Start, StatePilot, observe, roll_out
 from sim1.policy.stage import (
     PolicyConfig,
     policy,
@@ -190,7 +190,8 @@ def test_a_policy_drives_the_arms_where_its_demonstration_went(trajectories):
     begin = Start(garment_m=garment, joints_rad=first[:, :6], openness=first[:, 6])
     cell = FollowingCell(reach_rad=float(goal[0]))
     driving = Driving(rate_hz=10, replan_frames=2, decay=0.5)
-    history = list(roll_out(cell, begin, model, "tshirt", np.arange(VERTICES), driving, duration_s=6.0))
+    pilot = StatePilot(model, "tshirt", np.arange(VERTICES))
+    history = list(roll_out(cell, begin, pilot, driving, duration_s=6.0))
     assert len(history) == 181  # 6 s at the cell's 30 Hz, and the start
     assert np.abs(observe(cell, np.arange(VERTICES))[:14] - goal).max() < 0.1
     jumps = np.abs(np.diff(np.stack(cell.commands), axis=0)).max()
