@@ -22,7 +22,7 @@ NO_OPENGL = (
     "engine 'workbench' finds no OpenGL; apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri (it needs neither GPU nor "
     "display), or set engine: cycles"
 )
-KILLED = "where memory ran out, set workers of rendered_episodes lower, or give it fewer cores: taskset -c 0-3 sim1 ..."
+KILLED = "where memory ran out, set workers of rendered_episodes lower (of image_trials: processes), or give it fewer cores: taskset -c 0-3 sim1 ..."
 TAIL = 2000  # characters of Blender's own words that an error shows
 
 
@@ -66,10 +66,10 @@ def run_blender(
         while at_work:
             worker, line = said.get()
             if line is None:
-                _check_end(worker)
+                check_end(worker)
                 at_work.remove(worker)
                 continue
-            if _tells_of_a_picture(worker, line):
+            if tells_of_a_picture(worker, line):
                 left -= 1
                 report(total - left, total, "frames")
             if worker.owed:
@@ -95,7 +95,7 @@ def crew_size(settings: dict[str, Any], batches: int, cores: int) -> tuple[int, 
     return workers, settings["threads"] or max(1, cores // max(1, workers))
 
 
-def _tells_of_a_picture(worker: BlenderProcess, line: str) -> bool:
+def tells_of_a_picture(worker: BlenderProcess, line: str) -> bool:
     """Whether a line says that a picture is rendered, rather than that the process is ready; what it says is kept with it.
 
     Raises:
@@ -124,7 +124,7 @@ def _json(line: str) -> Any:
         return None
 
 
-def _check_end(worker: BlenderProcess) -> None:
+def check_end(worker: BlenderProcess) -> None:
     """Raises BlenderFailed at a process that ended by accident, or before it was told to."""
     code, words = worker.ended()
     if code == 0 and worker.dismissed:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +40,29 @@ class Clip:
     @property
     def key(self) -> str:
         return f"{self.episode}_v{self.variant}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Footage:
+    """Where everything is that moves, in n states of the cell, world frame."""
+
+    garment_m: np.ndarray  # (n, v, 3)
+    parts: np.ndarray  # (n, p, 4, 4), of the robot
+    cameras: dict[str, np.ndarray]  # camera -> camera_to_world (n, 4, 4)
+    first: int = 0  # number that the first state has among the clip's frames
+
+    @property
+    def frame_count(self) -> int:
+        return len(self.garment_m)
+
+    @property
+    def motion(self) -> dict[str, np.ndarray]:
+        """What all appearances have in common; see `write_motion`."""
+        return {"garment_m": self.garment_m, "parts": self.parts}
+
+    def at(self, first: int, cameras: dict[str, np.ndarray]) -> "Footage":
+        """The same states under other numbers, seen from elsewhere."""
+        return replace(self, first=first, cameras=cameras)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,13 +111,23 @@ class Job:
         """What does not move: meshes and pattern coordinates (see `RenderScene`)."""
         return _load(self.folder / "static.npz")
 
-    def motion(self, clip: Clip) -> dict[str, np.ndarray]:
-        """`garment_m` (n, v, 3) and `parts` (n, p, 4, 4) of a clip's frames, world frame."""
-        return _load(self.folder / f"motion_{clip.episode}.npz")
+    def clip(self, key: str) -> Clip:
+        """The clip with that key: of the job, or written beside it since, see `write_clip`."""
+        for clip in self.clips:
+            if clip.key == key:
+                return clip
+        return TypeAdapter(Clip).validate_json((self.folder / f"clip_{key}.json").read_text())
 
-    def camera_poses(self, clip: Clip) -> dict[str, np.ndarray]:
-        """Camera -> camera_to_world (n, 4, 4) of a clip's frames."""
-        return _load(self.folder / f"cameras_{clip.key}.npz")
+    def footage(self, clip: Clip) -> Footage:
+        """A clip's frames: see `write_motion` and `write_cameras`."""
+        motion = _load(self.folder / f"motion_{clip.episode}.npz")
+        return Footage(**motion, cameras=_load(self.folder / f"cameras_{clip.key}.npz"))
+
+    def moment(self, name: str) -> Footage:
+        """What `write_moment` wrote."""
+        arrays = _load(self.folder / name)
+        motion = {key: arrays.pop(key) for key in ("garment_m", "parts")}
+        return Footage(**motion, first=int(arrays.pop("first")), cameras=arrays)
 
     def write(self, arrays: dict[str, np.ndarray]) -> None:
         """Write everything but what moves, which `write_motion` and `write_cameras` write clip by clip; see `arrays`."""
@@ -115,15 +148,25 @@ def frame_path(out: Path, clip: Clip, camera: str, frame: int) -> Path:
 
 
 def write_motion(folder: Path, clip: Clip, motion: dict[str, np.ndarray]) -> None:
-    """Write what moves in a clip's episode into a job's folder: see `Job.motion`."""
+    """Write what moves in a clip's episode into a job's folder: `garment_m` and `parts` of `Footage`."""
     folder.mkdir(parents=True, exist_ok=True)
     np.savez(folder / f"motion_{clip.episode}.npz", **motion)
 
 
 def write_cameras(folder: Path, clip: Clip, poses: dict[str, np.ndarray]) -> None:
-    """Write a clip's cameras into a job's folder: see `Job.camera_poses`."""
+    """Write a clip's cameras into a job's folder: `cameras` of `Footage`."""
     folder.mkdir(parents=True, exist_ok=True)
     np.savez(folder / f"cameras_{clip.key}.npz", **poses)
+
+
+def write_clip(folder: Path, clip: Clip) -> None:
+    """Write a clip that the job did not know when its processes were started."""
+    (folder / f"clip_{clip.key}.json").write_bytes(TypeAdapter(Clip).dump_json(clip))
+
+
+def write_moment(folder: Path, name: str, footage: Footage) -> None:
+    """Write states that an order shows in place of its clip's footage."""
+    np.savez(folder / name, **footage.motion, first=footage.first, **footage.cameras)
 
 
 def _load(path: Path) -> dict[str, np.ndarray]:

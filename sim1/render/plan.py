@@ -9,24 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
-from PIL import Image
 
-from sim1.episode import ARMS, RATE_HZ, episode_folders, read_episode
+from sim1.episode import RATE_HZ, episode_folders, read_episode
 from sim1.render.appearance import SCHEMA, Appearance
 from sim1.render.appearance_file import write_about
-from sim1.render.cameras import raised
+from sim1.render.film_set import FilmSet
 from sim1.render.frame import is_lit, read_frame
-from sim1.render.job import SETTINGS, VIEW_TRANSFORM, Clip, Job, frame_path, write_cameras, write_motion
+from sim1.render.job import VIEW_TRANSFORM, Clip, Job, frame_path, write_cameras, write_motion
 from sim1.render.looks.draw import draw_appearance, read_looks
-from sim1.render.robot_visuals import link_motion, part_poses, robot_parts
 from sim1.render.stage import RenderConfig
-from sim1.robot.kinematics import Arm
-from sim1.scene.description import Camera, Scene, read_scene
+from sim1.scene.description import Camera
 from sim1.stage import BadInput, random_stream
-
-TEXTURE_PLACES = 4000  # of the garment, whose colours stand for its texture
-TABLE_DROP_M = 0.003  # drawn that much lower: cloth that rests in the top by a contact radius would be hidden by it
 
 type Choice = Callable[[str, np.ndarray], Sequence[Appearance]]
 """Appearances to render a trajectory in, by its name and sRGB colours (n, 3) of places of the garment's texture; none: it is not
@@ -74,22 +67,13 @@ def plan_job(
     Raises:
         BadInput: an input is damaged, has no episode, or does not fit the others.
     """
-    world = read_scene(scene)
-    cameras = _cameras(world, config, scene)
-    arm = Arm.from_urdf(world.urdf)
-    parts = robot_parts(arm)
-    arrays, texture, places = _static(mesh, world)
-    arrays |= {
-        f"part_{i}_{key}": value
-        for i, part in enumerate(parts)
-        for key, value in (("vertices", part.vertices_m), ("faces", part.faces))
-    }
-    colors = [part.color for part in parts]
-    still = _digest({**arrays, "part_colors": np.array(colors)}, texture)
+    film_set = FilmSet.of(mesh, scene, config.cameras)
+    arrays = film_set.arrays
+    still = _digest({**arrays, "part_colors": np.array(film_set.part_colors)}, film_set.texture)
     settings = _settings(config)
     clips = []
     for source in episode_folders(trajectories)[: config.max_episodes or None]:
-        looks = choice(source.name, places)
+        looks = choice(source.name, film_set.texture_colors)
         if not looks:
             continue
         episode = read_episode(source)
@@ -98,27 +82,26 @@ def plan_job(
                 f"{source}: {episode.garment_m.shape[1]} garment vertices, {mesh}/mesh.npz has {len(arrays['pattern_m'])}"
             )
         kept = slice(None, None, settings["stride"])
-        links = link_motion(
-            arm, world.base_to_world, joints_rad=episode.joints_rad[kept], openness=episode.openness[kept]
+        footage = film_set.film(
+            garment_m=episode.garment_m[kept], joints_rad=episode.joints_rad[kept], openness=episode.openness[kept]
         )
-        motion = {"garment_m": episode.garment_m[kept], "parts": part_poses(parts, links)}
-        moving = _digest(motion)
+        moving = _digest(footage.motion)
         target = out / "episodes" / source.name
         target.mkdir(parents=True, exist_ok=True)
         for name in ("episode.npz", "episode.json"):
             shutil.copyfile(source / name, target / name)
         for variant, look in enumerate(looks):
+            cameras = film_set.raised(footage.cameras, look.elevation_offset_rad)
             clip = Clip(
                 episode=source.name,
                 variant=variant,
-                frame_count=len(links),
+                frame_count=footage.frame_count,
                 stride=settings["stride"],
                 appearance=look,
             )
-            poses = _camera_poses(cameras, links, look.elevation_offset_rad, scene)
             # Frames of other meshes, colours or motions are not taken for these.
-            shown = {"still": still, "moving": moving, "cameras": _digest(poses)}
-            seen_by = _seen_by(cameras, poses, config)
+            shown = {"still": still, "moving": moving, "cameras": _digest(cameras)}
+            seen_by = _seen_by(film_set.cameras, cameras, config)
             about = {
                 **settings,
                 "variant": clip.variant,
@@ -128,78 +111,15 @@ def plan_job(
                 "shown": shown,
             }
             write_about(out / clip.folder, about)
-            _remove_faulty(out, clip, cameras, config)
+            _remove_faulty(out, clip, film_set.cameras, config)
             clips.append(clip)
-            if not _is_whole(out, clip, cameras):
+            if not _is_whole(out, clip, film_set.cameras):
                 # All episodes' motions together are larger than a memory; those that are rendered already are not needed.
-                write_cameras(folder, clip, poses)
-                write_motion(folder, clip, motion)
+                write_cameras(folder, clip, cameras)
+                write_motion(folder, clip, footage.motion)
     _remove_others(out, clips)
     np.savez(out / "garment.npz", rest_m=arrays["rest_m"], faces=arrays["faces"])
-    job = Job(
-        folder=folder,
-        texture=texture,
-        settings={key: getattr(config, key) for key in SETTINGS},
-        part_colors=colors,
-        fy_over_height={name: camera.fy_px / camera.height for name, camera in cameras.items()},
-        clips=clips,
-    )
-    job.write(arrays)
-    return job
-
-
-def _cameras(world: Scene, config: RenderConfig, scene: Path) -> dict[str, Camera]:
-    known = {**world.cameras, **{f"{arm}_wrist": camera for arm, camera in world.wrist_cameras.items()}}
-    if unknown := sorted(set(config.cameras) - set(known)):
-        raise BadInput(f"{scene}/scene.json: no camera {', '.join(unknown)}; it has {', '.join(sorted(known))}")
-    return {name: known[name] for name in config.cameras}
-
-
-def _static(mesh: Path, world: Scene) -> tuple[dict[str, np.ndarray], Path, np.ndarray]:
-    """Meshes that only change place, the texture's file, and its sRGB colours (n, 3) at places of the garment."""
-    path = mesh / "mesh.npz"
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            rest_m, faces, uv = data["rest_m"], data["faces"], data["uv"]
-        with Image.open(mesh / "texture.png") as image:
-            texture = np.asarray(image.convert("RGB"), float) / 255.0
-    except (OSError, KeyError, ValueError) as error:
-        raise BadInput(f"{mesh}: mesh.npz or texture.png is not readable ({error}); make garment_mesh again") from error
-    if uv.shape != (*faces.shape, 2) or faces.min() < 0 or faces.max() >= len(rest_m):
-        raise BadInput(
-            f"{path}: faces {faces.shape} of {len(rest_m)} vertices with uv {uv.shape} do not fit; make garment_mesh again"
-        )
-    # Patterns lie in the plane in which the garment is largest, in metres.
-    axes = np.sort(np.argsort(np.ptp(rest_m, axis=0))[-2:])
-    table = trimesh.load(world.table_mesh, force="mesh")
-    arrays = {
-        "rest_m": rest_m,
-        "faces": faces,
-        "uv": uv,
-        "pattern_m": rest_m[:, axes],
-        "table_vertices": np.asarray(table.vertices) - [0.0, 0.0, TABLE_DROP_M],
-        "table_faces": np.asarray(table.faces),
-    }
-    # What the garment shows, not the empty part of the texture chart.
-    height, width, _ = texture.shape
-    x = np.clip((uv[..., 0] * width).astype(int), 0, width - 1)
-    y = np.clip(((1.0 - uv[..., 1]) * height).astype(int), 0, height - 1)
-    places = texture[y, x].reshape(-1, 3)
-    places = places[np.linspace(0, len(places) - 1, min(len(places), TEXTURE_PLACES)).astype(int)]
-    return arrays, (mesh / "texture.png").resolve(), places
-
-
-def _camera_poses(cameras: dict[str, Camera], links: list, elevation_rad: float, scene: Path) -> dict[str, np.ndarray]:
-    """Camera -> camera_to_world (n, 4, 4); standing cameras are raised, those on a wrist move with it."""
-    poses = {}
-    for name, camera in cameras.items():
-        if camera.link is None:
-            pose = raised(camera.pose, elevation_rad, what=f"{scene}/scene.json: camera {name}")
-            poses[name] = np.stack([pose] * len(links))
-        else:
-            arm = ARMS.index(name.removesuffix("_wrist"))
-            poses[name] = np.stack([frame[arm][camera.link] @ camera.pose for frame in links])
-    return poses
+    return film_set.job(folder, clips, config)
 
 
 def _settings(config: RenderConfig) -> dict[str, Any]:

@@ -5,7 +5,7 @@ Pictures are handed out few at a time to whoever is ready, so that workers finis
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from sim1.render.job import Picture
 
@@ -18,15 +18,17 @@ class Order:
 
     clip: str  # its key
     pictures: tuple[Picture, ...]
+    moment: str = ""  # file in the job's folder with the states to be shown, in place of the clip's footage
 
     def line(self) -> str:
         """As it is sent."""
-        return json.dumps({"clip": self.clip, "pictures": self.pictures}) + "\n"
+        return json.dumps(asdict(self)) + "\n"
 
     @classmethod
     def of(cls, line: str) -> "Order":
         content = json.loads(line)
-        return cls(clip=content["clip"], pictures=tuple((camera, frame) for camera, frame in content["pictures"]))
+        pictures = tuple((camera, frame) for camera, frame in content["pictures"])
+        return cls(clip=content["clip"], pictures=pictures, moment=content["moment"])
 
 
 class Shares:

@@ -32,25 +32,27 @@ def main(job_folder: Path, out: Path, threads: int) -> int:
     from sim1.render.shares import Order
 
     job = Job.read(job_folder)
-    clips = {clip.key: clip for clip in job.clips}
     settings = {**job.settings, "threads": threads}
     scene = RenderScene(arrays=job.arrays(), part_colors=job.part_colors, texture=job.texture, settings=settings)
     say(device=scene.device)
-    shown, motion, poses = None, {}, {}
+    shown, footage = "", None
     for line in sys.stdin:
         order = Order.of(line)
-        clip = clips[order.clip]
-        if clip is not shown:
+        if order.clip != shown:
+            shown, clip = order.clip, job.clip(order.clip)
             scene.set_appearance(clip.appearance)
-            motion, poses, shown = job.motion(clip), job.camera_poses(clip), clip
+            footage = None if order.moment else job.footage(clip)
+        if order.moment:
+            footage = job.moment(order.moment)
         for camera, frame in order.pictures:
-            scene.set_frame(garment_m=motion["garment_m"][frame], parts=motion["parts"][frame])
+            at = frame - footage.first
+            scene.set_frame(garment_m=footage.garment_m[at], parts=footage.parts[at])
             path = job.frame_path(out, clip, camera, frame)
             path.parent.mkdir(parents=True, exist_ok=True)
             part = path.with_name(path.name + ".part")
             scene.render(
                 part,
-                camera_to_world=poses[camera][frame],
+                camera_to_world=footage.cameras[camera][at],
                 fy_over_height=job.fy_over_height[camera],
                 seed=job.picture_seed(clip, camera, frame),
             )
