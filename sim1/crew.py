@@ -39,6 +39,7 @@ class Maker(Protocol):
 
 
 type Tell = Callable[[dict[str, Row]], None]
+type Foreseen = tuple[type[Exception], ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,21 +110,28 @@ def labour(root: Path, quotas: Sequence[Quota], maker: Maker, tell: Tell = lambd
             time.sleep(WAIT_S)
 
 
-def _child(root: Path, quotas: Sequence[Quota], prepare: Callable[[], Maker], said: Connection) -> None:
+def _child(
+    root: Path, quotas: Sequence[Quota], prepare: Callable[[], Maker], said: Connection, foreseen: Foreseen
+) -> None:
     behave_as_child()
     try:
         labour(root, quotas, prepare())
-    except BadInput as error:
-        said.send(str(error))
+    except foreseen as error:
+        said.send(error)
 
 
 def labour_together(
-    root: Path, quotas: Sequence[Quota], prepare: Callable[[], Maker], workers: int, tell: Tell
+    root: Path,
+    quotas: Sequence[Quota],
+    prepare: Callable[[], Maker],
+    workers: int,
+    tell: Tell,
+    foreseen: Foreseen = (BadInput,),
 ) -> None:
     """The same with `workers` processes, each with a maker of its own. `prepare` can be pickled.
 
     Raises:
-        BadInput: an input is at fault.
+        BadInput: an input is at fault; or what else is `foreseen`, errors of a maker that tell a person enough.
         CrewDied: processes died before enough was made; what is made stays.
     """
     if workers == 1:
@@ -131,7 +139,7 @@ def labour_together(
         return
     context = multiprocessing.get_context("spawn")
     heard, said = context.Pipe(duplex=False)
-    crew = [context.Process(target=_child, args=(root, quotas, prepare, said)) for _ in range(workers)]
+    crew = [context.Process(target=_child, args=(root, quotas, prepare, said, foreseen)) for _ in range(workers)]
     shop = Shop(root=root)
     try:
         for process in crew:
@@ -140,7 +148,7 @@ def labour_together(
             tell(shop.rows())
             wait([heard, *(process.sentinel for process in crew if process.is_alive())], WAIT_S)
             if heard.poll():
-                raise BadInput(heard.recv())
+                raise heard.recv()
     finally:
         for process in crew:
             if process.is_alive():

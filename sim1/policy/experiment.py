@@ -60,7 +60,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         replan_frames=min(max(1, round(config.replan_s * rate_hz)), plan.chunk_frames),
         decay=config.ensemble_decay,
     )
-    driven = trial_garments(garments, config)
+    driven = trial_garments(garments, config.evaluate_first, config.evaluate_garment_count)
     limits = time_limits(known, driven, config.time_factor, rate_hz)
     trials = Plan(
         inputs={name: places for name, places in inputs.items() if name != "dataset"},
@@ -132,10 +132,10 @@ def drivers(lessons: Sequence[Lesson], garment: str, config: PolicyConfig) -> tu
     return tuple(key for lesson in lessons if garment in lesson.splits for key in trial_models(lesson, config))
 
 
-def trial_garments(garments: Sequence[str], config: PolicyConfig) -> list[str]:
-    """Garments of the closed loop: the preferred ones that the dataset has, then the others by name."""
-    preferred = [name for name in config.evaluate_first if name in garments]
-    return [*preferred, *sorted(set(garments) - set(preferred))][: config.evaluate_garment_count]
+def trial_garments(garments: Sequence[str], first: Sequence[str], count: int) -> list[str]:
+    """Garments of the closed loop, at most `count`: the preferred ones that the dataset has, then the others by name."""
+    preferred = [name for name in first if name in garments]
+    return [*preferred, *sorted(set(garments) - set(preferred))][:count]
 
 
 def _train_all(

@@ -2,7 +2,8 @@
 
 import functools
 import os
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,14 +11,14 @@ from typing import Any
 import numpy as np
 import torch
 
-from sim1.crew import finished, labour_together
+from sim1.crew import Maker, finished, labour_together
 from sim1.film_strip import write_strip
 from sim1.policy.lessons import ModelKey
 from sim1.policy.model import ChunkPolicy, load_policy
 from sim1.policy.trials import Bench, Trial, TrialSettings, open_bench, run_trial
 from sim1.progress import report
 from sim1.quota import Quota, Row, Ticket
-from sim1.stage import Inputs
+from sim1.stage import BadInput, Inputs
 
 STRIP = "strip.npz"
 
@@ -81,24 +82,35 @@ def run_trials(plan: Plan, root: Path, processes: int) -> tuple[list[dict[str, A
         BadInput: an artifact is missing or damaged.
         CrewDied: processes died; what is made stays.
     """
-    trials = plan.trials
+    return make_trials(plan.trials, functools.partial(Driver.of, plan), root, processes)
+
+
+def make_trials(
+    trials: Sequence[Trial],
+    prepare: Callable[[], Maker],
+    root: Path,
+    processes: int,
+    foreseen: tuple[type[Exception], ...] = (BadInput,),
+) -> tuple[list[dict[str, Any]], list[Path]]:
+    """The same of trials whose rows and strips makers make, whoever drives; see `sim1.crew.labour_together`."""
     if not trials:
         return [], []
     root.mkdir(exist_ok=True)
-    quotas = _quotas(trials, plan.settings.config.trial_count)
 
     def count(rows: dict[str, Row]) -> None:
         report(len(rows), len(trials), f"{len(rows)} of {len(trials)} trials")
 
-    labour_together(root, quotas, functools.partial(Driver.of, plan), processes or os.cpu_count() or 1, count)
+    labour_together(root, _quotas(trials), prepare, processes or os.cpu_count() or 1, count, foreseen)
     rows = {_name(row): {key: value for key, value in row.items() if key != "ran"} for row in finished(root)}
     return [rows[trial.name] for trial in trials], [root / "episodes" / trial.name / STRIP for trial in trials]
 
 
-def _quotas(trials: Sequence[Trial], count: int) -> list[Quota]:
-    series = dict.fromkeys(trial.series for trial in trials)
-    once = {"run_count": count, "target": 0, "counted": "success", "run_limit": count, "try_limit": count}
-    return [Quota(series=name, **once) for name in series]
+def _quotas(trials: Sequence[Trial]) -> list[Quota]:
+    """A series has all numbers from 0 on."""
+    return [
+        Quota(series=name, run_count=count, target=0, counted="success", run_limit=count, try_limit=count)
+        for name, count in Counter(trial.series for trial in trials).items()
+    ]
 
 
 def _name(row: Row) -> str:

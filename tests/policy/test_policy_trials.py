@@ -146,8 +146,7 @@ def test_the_judge_sees_the_garment_as_if_it_had_not_been_moved(tmp_path, datase
     [(1, ("towel",), ["towel"]), (1, ("sock",), ["polo"]), (2, ("towel",), ["towel", "polo"]), (0, (), [])],
 )
 def test_the_preferred_garments_drive_first(count, first, driven):
-    config = PolicyConfig(evaluate_garment_count=count, evaluate_first=first)
-    assert trial_garments(["polo", "shorts", "towel"], config) == driven
+    assert trial_garments(["polo", "shorts", "towel"], first, count) == driven
 
 
 @pytest.mark.parametrize(
