@@ -49,12 +49,17 @@ def first_of_each(outcomes: Sequence[str], good: str = SUCCESS) -> list[Shown]:
 
 def film_strip(title: str, history_m: np.ndarray, look: Look) -> FilmStrip:
     """Evenly spaced pictures of a garment's run (T, v, 3), first and last frame included."""
-    frames = sorted({round(place) for place in np.linspace(0, len(history_m) - 1, PICTURES)})
+    frames = evenly(len(history_m))
     return FilmStrip(
         title=title,
         times_s=tuple(frame / RATE_HZ for frame in frames),
         pictures=tuple(look(history_m[frame]) for frame in frames),
     )
+
+
+def evenly(count: int) -> list[int]:
+    """Places of a strip's pictures among `count`."""
+    return sorted({round(place) for place in np.linspace(0, count - 1, PICTURES)})
 
 
 def laid_down(x_m: float, y_m: float, turn_rad: float) -> str:
@@ -63,7 +68,7 @@ def laid_down(x_m: float, y_m: float, turn_rad: float) -> str:
 
 
 def draw_strips(heading: str, strips: Sequence[FilmStrip]) -> Figure:
-    """One strip below the other, seen by the head camera (arms not drawn)."""
+    """One strip below the other."""
     figure = Figure(figsize=(1.5 * PICTURES, 0.35 + 1.42 * len(strips)), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.02, h_pad=0.02)
     figure.suptitle(heading, fontsize=11)

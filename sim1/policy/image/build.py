@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import draccus
+import numpy as np
 import safetensors
 import torch
 from lerobot.configs import FeatureType, PolicyFeature, PreTrainedConfig
@@ -17,7 +18,7 @@ from lerobot.policies.pretrained import PreTrainedPolicy
 from lerobot.processor import PolicyProcessorPipeline
 
 from sim1.policy.episodes import ACTION, STATE
-from sim1.policy.image.frames import Statistics
+from sim1.policy.image.frames import Batch, Statistics
 from sim1.policy.image.policy_file import PolicyFile, Size
 from sim1.stage import BadInput
 
@@ -32,6 +33,12 @@ class Trained:
     policy: PreTrainedPolicy
     prepare: PolicyProcessorPipeline  # batch of the dataset -> normalised batch on the policy's device
     restore: PolicyProcessorPipeline  # the policy's answer -> commands in rad and openness, on the CPU
+
+    @torch.no_grad()
+    def answer(self, seen: Batch) -> np.ndarray:
+        """Chunks of commands (b, chunk, 14) to a batch of what the policy may see; it remembers nothing of the one before."""
+        self.policy.reset()
+        return self.restore(self.policy.predict_action_chunk(self.prepare(seen))).float().numpy()
 
 
 def policy_config(

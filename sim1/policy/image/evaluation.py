@@ -58,14 +58,12 @@ def errors_of(
     wanted = [_places(frames, clip, every // stride) for _, clip in named]
     chosen = torch.utils.data.Subset(frames, [place for places in wanted for place in places])
     said = []
-    with one_thread(), seeded_context(seed), torch.no_grad():
+    with one_thread(), seeded_context(seed):
         batches = loader(chosen, batch_size=batch, shuffle=False, num_workers=workers)
         for done, read in enumerate(batches):
             report(done, len(batches), "frames of held-out trajectories")
-            trained.policy.reset()
             seen = see(seen_by(trained.policy.config, read, commands=False))
-            chunk = trained.policy.predict_action_chunk(trained.prepare(seen))
-            said.append(trained.restore(chunk)[:, :chunk_frames].float().numpy())
+            said.append(trained.answer(seen)[:, :chunk_frames])
     parts = np.split(np.concatenate(said), np.cumsum([len(places) for places in wanted])[:-1])
     return [
         {

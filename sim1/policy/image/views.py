@@ -6,7 +6,6 @@ import tempfile
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from pydantic import TypeAdapter
@@ -17,14 +16,12 @@ from sim1.dataset.write import write_dataset
 from sim1.policy.episodes import KEYPOINTS, Trajectory
 from sim1.policy.image.clips import Clip
 from sim1.policy.image.shifts import shifted_looks
+from sim1.policy.image.trained_looks import about_clip, rendered_like
 from sim1.progress import within
 from sim1.render.appearance import Appearance
-from sim1.render.appearance_file import NAME as NAME_OF_ABOUT
-from sim1.render.appearance_file import RENDERED_ON, read_about
 from sim1.render.blender import run_blender
 from sim1.render.looks.draw import read_looks
 from sim1.render.plan import plan_job
-from sim1.render.stage import RenderConfig
 from sim1.stage import BadInput, Inputs, only, random_stream
 
 RENDERING_SHARE = 0.95  # of the progress; the rest is the video encoder's
@@ -102,7 +99,9 @@ def _render(
             raise BadInput(f"stage input {stage!r}: none for garment {garment!r}; materialize it first")
     rendered = inputs["rendered_episodes"][garment]
     trained = [
-        _about(rendered, clip.trajectory.name, clip.appearance) for clip in train if clip.trajectory.garment == garment
+        about_clip(rendered, clip.trajectory.name, clip.appearance)
+        for clip in train
+        if clip.trajectory.garment == garment
     ]
     known, shown = read_looks(only(inputs, "appearance")), {}
     jitter_rad = np.radians(trained[0]["elevation_jitter_deg"])
@@ -122,30 +121,10 @@ def _render(
             garment=garment,
             out=out,
             folder=Path(folder),
-            config=_rendered_like(trained[0], stride),
+            config=rendered_like(trained[0], stride),
         )
         if job.frame_count:
             run_blender(Path(folder), out)
-
-
-def _about(rendered: Path, trajectory: str, appearance: int) -> dict[str, Any]:
-    return read_about(rendered / "episodes" / trajectory / f"v{appearance}" / NAME_OF_ABOUT)
-
-
-def _rendered_like(about: dict[str, Any], stride: int) -> RenderConfig:
-    """Settings of stage `rendered_episodes` as a clip's record tells them, engine and noise included."""
-    sizes = {(camera["width"], camera["height"]) for camera in about["cameras"].values()}
-    # What "auto" found then is taken again: a CPU gives the same picture to the bit.
-    device = "cpu" if about[RENDERED_ON] == ["cpu"] else about["device"]
-    width, height = sizes.pop()  # one size for all cameras: `RenderConfig` has no other
-    return RenderConfig(
-        **{key: about[key] for key in ("engine", "seed", "samples", "denoise", "elevation_jitter_deg")},
-        device=device,
-        rate_hz=about["rate_hz"] // stride,
-        cameras=tuple(about["cameras"]),
-        width=width,
-        height=height,
-    )
 
 
 def _written_like(dataset: Path) -> DatasetConfig:

@@ -1,0 +1,93 @@
+"""What must hold in the artifact of stage `image_trials`."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from sim1.policy.checks import page_findings
+from sim1.policy.counting import rate, read_table
+from sim1.policy.image_trials.measures import measure, of_all, read_tried
+from sim1.policy.trials import BROKEN
+from sim1.stage import Finding
+
+
+def check_experiment(artifact: Path) -> list[Finding]:
+    """Findings of stage `image_trials`."""
+    about = json.loads((artifact / "image_trials.json").read_text())
+    trials, tried = read_table(artifact / "trials.parquet"), read_tried(artifact)
+    counts = [rate(one.success_count, one.trial_count).replace("\N{NO-BREAK SPACE}", " ") for one in tried]
+    return [
+        _complete(trials, about),
+        _finite(trials),
+        _paired(trials),
+        _seen(trials, about),
+        _strips(artifact, trials),
+        Finding(
+            name="figures_follow_from_trials",
+            passed=_plain(tried) == _plain(measure(trials, 0)),
+            detail=f"{len(of_all(tried))} shifts",
+        ),
+        *page_findings(artifact, [*counts, "no robot", "stand-in"]),
+    ]
+
+
+def _complete(trials: pd.DataFrame, about: dict[str, Any]) -> Finding:
+    wanted = {
+        (garment, shift, number)
+        for garment in about["garments"]
+        for shift in about["shifts"]
+        for number in range(about["each"])
+    }
+    rows = list(trials[["garment", "shift", "trial"]].itertuples(index=False, name=None))
+    silent = int((~trials["success"].astype(bool) & trials["failure"].isna()).sum())
+    return Finding(
+        name="every_trial_accounted_for",
+        passed=sorted(rows) == sorted(wanted) and not silent,
+        detail=f"{len(rows)} rows of {len(wanted)} planned trials, {silent} failures without a class",
+    )
+
+
+def _finite(trials: pd.DataFrame) -> Finding:
+    figures = [value for text in trials["figures"] for value in json.loads(text).values()]
+    numbers = [*trials.select_dtypes("number").to_numpy(float).ravel(), *figures]
+    bad = int((~np.isfinite(numbers)).sum()) if numbers else 0
+    return Finding(name="figures_finite", passed=not bad, detail=f"{bad} of {len(numbers)} numbers are not finite")
+
+
+def _paired(trials: pd.DataFrame) -> Finding:
+    """Trials of one number begin in one look of training, and where the shift is no spatial one in one place."""
+    by = ["garment", "trial"]
+    laid = trials[trials["shift"] != "spatial"]
+    odd = [
+        *trials.groupby(by)["trained_look"].nunique(),
+        *(count for column in ("shift_x_m", "shift_y_m", "turn_rad") for count in laid.groupby(by)[column].nunique()),
+    ]
+    wrong = sum(count != 1 for count in odd)
+    return Finding(name="shifts_compare_in_pairs", passed=not wrong, detail=f"{wrong} of {len(odd)} differ")
+
+
+def _seen(trials: pd.DataFrame, about: dict[str, Any]) -> Finding:
+    """A picture whenever it planned, to the end unless the simulation broke."""
+    driving, short = about["driving"], []
+    for row in trials.itertuples():
+        frames = int(about["time_limits"][row.garment]["duration_s"] * driving["rate_hz"])
+        planned = -(-frames // driving["replan_frames"])
+        least = 1 if row.failure == BROKEN else planned
+        if not least <= row.picture_count <= planned:
+            short.append(f"{row.garment} {row.shift} {row.trial}: {row.picture_count} of {planned}")
+    return Finding(name="every_plan_saw_a_picture", passed=not short, detail=", ".join(short[:3]) or "all")
+
+
+def _strips(artifact: Path, trials: pd.DataFrame) -> Finding:
+    missing = [shift for shift in dict.fromkeys(trials["shift"]) if not (artifact / f"trials_{shift}.png").exists()]
+    return Finding(name="film_strips_present", passed=not missing, detail=f"missing: {', '.join(missing) or 'none'}")
+
+
+def _plain(tried: list) -> list:
+    """Without intervals of a bootstrap, whose seed is the stage's."""
+    return [
+        (one.shift, one.garment, one.trial_count, one.success_count, dict(one.failures), one.interval) for one in tried
+    ]

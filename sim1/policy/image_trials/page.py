@@ -1,0 +1,137 @@
+"""The page of an image policy's trials."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sim1.policy import paper
+from sim1.policy.counting import NOT_RUN, rate, together
+from sim1.policy.image_trials.looks import SHIFTS
+from sim1.policy.image_trials.measures import IN_DOMAIN, Change, Tried, of_all
+from sim1.policy.lessons import NAMES
+from sim1.report import Picture, Section, write_report
+
+LEAD = (
+    "A policy that sees rendered pictures and joint angles drives the arms in a simulated stand-in for reality, as it was trained and with "
+    "one thing changed. All figures are from simulation with a scripted expert: no robot was used."
+)
+STAND_INS = [
+    "Pictures are rendered while the cloth is simulated, in the stand-in reality (where there are recordings of real cloth: in the cell that made "
+    "the data), with another fabric, air, friction and finer steps than the training data had. Demonstrations are a scripted expert's (a person's "
+    "where data/demonstrations/ has commands for the garment). The cameras stand where the scene has them and the pictures come without delay and "
+    "without a video codec's loss, which training pictures have. A success rate here says nothing yet about a real one.",
+]
+STRIPS = (
+    "What the policy's first camera saw when it planned: the first success and the first failure of each class, in the order of the trials; nobody "
+    "chose them."
+)
+
+
+def write_page(out: Path, tried: Sequence[Tried], about: Mapping[str, Any]) -> None:
+    """Write `report.html` beside the pictures; `about` is the content of `image_trials.json`."""
+    garments = [_row(one, {"Garment": one.garment, "Shift": one.shift}) for one in tried if one.garment]
+    sections = [
+        result_section("Result", out, tried),
+        *([Section(heading="By garment", table=garments)] if garments else []),
+        strip_section(out),
+        Section(heading="What was changed", paragraphs=_changes(about)),
+        Section(heading="How it was measured", paragraphs=_method(about)),
+        Section(heading="What stands in for reality", paragraphs=STAND_INS),
+    ]
+    write_report(out / "report.html", "Image policy in the closed loop", LEAD, sections)
+
+
+def result_section(heading: str, artifact: Path, tried: Sequence[Tried]) -> Section:
+    """Success by shift, with the paper's figures."""
+    found = {one.shift: one for one in of_all(tried)}
+    picture = artifact / "success.png"
+    return Section(
+        heading=heading,
+        paragraphs=[
+            "Success in percent with 95 % Wilson intervals and counts. Change: against the trials of the same number in-domain, which meet the same placement "
+            "(spatial: the same direction, further away) and the same look but for what is changed; percentage points with a 95 % bootstrap over pairs, which "
+            "comes out too narrow where there are few, and has no width where no pair or every pair differs. All trials are of one network: what another seed of its training "
+            "would do is in no interval. Average: here over all trials that were run.",
+            paper.MEANT_WITH_PICTURES,
+        ],
+        table=[
+            *(_row(found.get(shift), {"Shift": shift}) for shift in paper.SHIFTS),
+            _average(list(found.values())),
+        ],
+        pictures=[Picture(path=picture)] if picture.exists() else [],
+    )
+
+
+def strip_section(artifact: Path, heading: str = "Film strips") -> Section:
+    """What the policy saw."""
+    pictures = [artifact / f"trials_{shift}.png" for shift in SHIFTS]
+    shown = [Picture(path=path) for path in pictures if path.exists()]
+    return Section(heading=heading, paragraphs=[STRIPS if shown else "None: no trial was run."], pictures=shown)
+
+
+def _row(one: Tried | None, names: dict[str, object]) -> dict[str, object]:
+    shift = str(names["Shift"])
+    failures = sorted(one.failures.items(), key=lambda item: (-item[1], item[0])) if one else ()
+    return {
+        **names,
+        "Success (%) | here": rate(one.success_count, one.trial_count) if one else NOT_RUN,
+        "Success (%) | paper": paper.ABLATION[paper.FULL].get(shift),
+        "Change (points)": None if shift == IN_DOMAIN else _points(one.change if one else None),
+        "Failures": ", ".join(together(f"{count} {name}") for name, count in failures),
+    }
+
+
+def _average(tried: Sequence[Tried]) -> dict[str, object]:
+    counts = sum(one.success_count for one in tried), sum(one.trial_count for one in tried)
+    return {
+        "Shift": paper.AVERAGE,
+        "Success (%) | here": rate(*counts),
+        "Success (%) | paper": paper.ABLATION[paper.FULL][paper.AVERAGE],
+    }
+
+
+def _points(change: Change | None) -> str:
+    if change is None:
+        return NOT_RUN
+    pairs = "1 pair" if change.pair_count == 1 else f"{change.pair_count} pairs"
+    if change.interval is None:
+        return together(f"{100 * change.value:+.0f}, {pairs}")
+    low, high = (f"{100 * limit:+.0f}" for limit in change.interval)
+    return together(f"{100 * change.value:+.0f} ({low} to {high}), {pairs}")
+
+
+def _changes(about: Mapping[str, Any]) -> list[str]:
+    factors = " and ".join(map(str, about["friction_factors"]))
+    return [
+        f"The garment is laid down within {1e3 * about['laid_m']:.0f} mm of where it was demonstrated; spatial: moved by up to {1e3 * about['shift_m']:.0f} mm "
+        f"and turned by up to {np.degrees(about['turn_rad']):.0f} degrees. Placements are those of stage policy, network by network of one seed and trial by trial.",
+        "A trial's look is that of a training clip, drawn by its number, the same in all shifts. Lighting: lamps and sky of a light of another name. Viewpoint: the head "
+        f"camera turned about the table's middle to {about['viewpoint_deg']:g}° of elevation beyond all that training has seen, down in even trials and up in odd ones. "
+        f"Texture: another fabric and table, and friction of all contacts taken times {factors} in turn, as the paper's texture shift changes friction too. What is new comes "
+        "from the distribution that training looks come from; noise of the pictures is the same in all shifts.",
+    ]
+
+
+def _method(about: Mapping[str, Any]) -> list[str]:
+    times = ", ".join(
+        f"{garment} {limit['duration_s']:.1f} s (by {NAMES[limit['longest_of']]})"
+        for garment, limit in about["time_limits"].items()
+    )
+    driving, pictures = about["driving"], "; ".join(_rendered(*item) for item in about["pictures"].items())
+    return [
+        f"{about['title']} (lerobot's “{about['type']}”, size {about['size']}), {about['steps']} steps on {about['train_count']} generated trajectories, network seed "
+        f"{about['network_seed']}, on {about['device']}. It drives in the {' and the '.join(about['worlds']) or 'closed loop: no trial was run'}.",
+        f"{about['each']} trials for each garment and shift: {', '.join(about['garments']) or 'none'}; {', '.join(about['shifts'])}. Every {driving['replan_frames']} of its frames "
+        f"at {driving['rate_hz']} Hz it is given pictures and predicts {about['chunk_frames']} commands; chunks that speak of the same frame are averaged, weights "
+        f"exp(−{driving['decay']:g} × age in chunks). A trial lasts {about['time_factor']:g} times the longest trajectory of its garment: {times or 'none'}; it is judged at its end.",
+        f"Pictures are rendered as the dataset's were: {pictures or 'none'}.",
+    ]
+
+
+def _rendered(garment: str, shown: Mapping[str, Any]) -> str:
+    return (
+        f"{garment} by {shown['engine']}, {shown['width']} × {shown['height']}, {shown['samples']} samples, of {', '.join(shown['cameras'])}, "
+        f"{shown['trained_looks']} looks of training"
+    )
