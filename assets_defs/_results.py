@@ -10,6 +10,7 @@ from pipeline import Node
 RESULTS = {  # stage -> what a person calls its artifact, and the file or folder to look at
     "dataset": ("dataset", "lerobot"),
     "image_policy": ("image policy", "report.html"),
+    "image_trials": ("image policy in the closed loop", "report.html"),
     "scaling_report": ("scaling report", "report.html"),
     "ablation_report": ("ablation report", "report.html"),
     "cost_report": ("cost report", "report.html"),

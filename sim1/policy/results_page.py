@@ -12,6 +12,8 @@ from sim1.policy import ablation_page, cost_page, paper, scaling_page
 from sim1.policy.counting import rate, read_table
 from sim1.policy.image import page as image_page
 from sim1.policy.image.measures import read_points
+from sim1.policy.image_trials import page as image_trials_page
+from sim1.policy.image_trials.measures import read_tried
 from sim1.report import Picture, Section
 from sim1.stage import BadInput, Inputs
 from sim1.validity.outcomes import ACCEPTED, outcome
@@ -114,17 +116,26 @@ def _generated(artifacts: Artifacts) -> list[Section]:
 def _pictures(artifacts: Artifacts) -> list[Section]:
     printed = paper.ABLATION[paper.FULL]
     note = (
-        "No success is measured here: the policy does not drive. The paper's success on a real robot with other textures, lighting and "
+        "No success is measured here: the policy drives in stage image_trials. The paper's success on a real robot with other textures, lighting and "
         f"viewpoint: {printed['texture']}, {printed['lighting']} and {printed['viewpoint']} %. Rendered pictures, simulated cloth, a scripted expert."
     )
     heading = "Image policy: pictures with one thing changed"
     return [image_page.result_section(heading, artifacts[""], read_points(artifacts[""]), [note])]
 
 
+def _image_trials(artifacts: Artifacts) -> list[Section]:
+    folder = artifacts[""]
+    return [
+        image_trials_page.result_section("Image policy in the closed loop", folder, read_tried(folder)),
+        image_trials_page.strip_section(folder, "Film strips of the image policy's trials"),
+    ]
+
+
 PARTS = (  # in the order of the page: figures, then film strips, which are long
     Part(stage="scaling_report", heading="Scaling curves, success by shift and by garment", sections=_scaling),
     Part(stage="ablation_report", heading="Ablation", sections=_ablation),
     Part(stage="image_policy", heading="Image policy: pictures with one thing changed", sections=_pictures),
+    Part(stage="image_trials", heading="Image policy in the closed loop", sections=_image_trials),
     Part(stage="cost_report", heading="Cost of a trajectory", sections=_cost),
     Part(stage="policy", heading="Film strips of trials", sections=_trials),
     Part(stage="valid_trajectories", heading="Generated episodes", sections=_generated),

@@ -24,7 +24,8 @@ def shift_section(points: Sequence[Point]) -> Section:
         heading="Success by shift",
         paragraphs=[
             "Success in percent at the largest number of trajectories that drove, with 95 % Wilson intervals and counts. "
-            "Texture: here friction alone, as the policy that drives sees no pictures; for the same reason lighting and viewpoint are not run. "
+            "Texture: here friction alone, as the policy that drives sees no pictures; for the same reason lighting and viewpoint are not run (those of the "
+            "policy that sees pictures: section “Image policy in the closed loop”, stage image_trials). "
             "Average: here over all trials that were run. Generated minus real: percentage points with Newcombe's 95 % interval, trials taken "
             "as independent.",
             f"{paper.MEANT} Its generated trajectories: the last line of its ablation table. Its demonstrations, in the simulator by "

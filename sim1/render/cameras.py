@@ -26,7 +26,7 @@ def raised(camera_to_world: np.ndarray, elevation_rad: float, *, what: str = "ca
         place = ", ".join(f"{value:g}" for value in camera_to_world[:3, 3])
         raise BadInput(
             f"{what} at ({place}) m stands straight above the table's middle, where elevation has no direction; set "
-            "elevation_jitter_deg of rendered_episodes to 0 and shifted_trajectories of image_policy to 0, or move the camera in "
+            "elevation_jitter_deg of rendered_episodes to 0, shifted_trajectories of image_policy and trial_count of image_trials to 0, or move the camera in "
             "data/environment"
         )
     # Rotation by a positive angle about this horizontal axis lowers what stands on the camera's side, hence the sign.

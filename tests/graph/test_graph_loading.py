@@ -33,6 +33,7 @@ STAGES = [
     "dataset",
     "policy",
     "image_policy",
+    "image_trials",
     "scaling_report",
     "ablation_report",
     "cost_report",
@@ -185,6 +186,7 @@ def test_an_unknown_setting_is_refused_with_stage_and_key():
         ("rendered_episodes", {"workers": 3, "threads": 2}, {"samples": 9}),
         ("policy", {"processes": 3}, {"trial_count": 9}),
         ("image_policy", {"workers": 3, "checkpoint_s": 7.0}, {"batch": 9}),
+        ("image_trials", {"processes": 3}, {"trial_count": 9}),
     ],
 )
 def test_how_many_processes_do_it_and_how_often_they_save_is_no_part_of_a_recipe(stage, how, what):

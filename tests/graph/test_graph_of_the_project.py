@@ -111,6 +111,7 @@ def test_a_changed_fabric_makes_the_frames_stale_and_what_is_made_from_them_and_
         "dataset",
         "policy",
         "image_policy",
+        "image_trials",
         "scaling_report",
         "ablation_report",
         "cost_report",

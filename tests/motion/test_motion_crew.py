@@ -107,6 +107,12 @@ def test_a_fault_that_a_process_finds_in_the_input_ends_all_of_them(tmp_path):
         labour_together(tmp_path / "crew", QUOTAS, prepare, 2, lambda rows: None)
 
 
+def test_another_error_that_tells_enough_comes_as_it_is(tmp_path):
+    prepare = functools.partial(ToyMaker, tmp_path / "log", seconds="long")  # an error of Python's own
+    with pytest.raises(TypeError, match="'str' object"):
+        labour_together(tmp_path / "crew", QUOTAS, prepare, 2, lambda rows: None, (BadInput, TypeError))
+
+
 def test_a_damaged_row_is_named(tmp_path):
     labour(tmp_path, QUOTAS, ToyMaker(tmp_path / "log"))
     (tmp_path / "attempts" / "0001.json").write_text('{"ran": tr')

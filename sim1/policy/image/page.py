@@ -17,7 +17,7 @@ LEAD = (
 STAND_INS = [
     "Pictures are rendered, cloth and arms are simulated, the demonstrations behind the trajectories are a scripted "
     "expert's (a person's where data/demonstrations/ has commands for the garment), and garments that are marked virtual were never scanned. What is measured is how near the predicted commands "
-    "come to the recorded ones, not whether a garment gets folded: the policy does not drive here. Nothing here is a success rate.",
+    "come to the recorded ones, not whether a garment gets folded: the policy does not drive here (it does in stage image_trials). Nothing here is a success rate.",
     "The paper's column “texture” changes friction with the fabric; here the motion is the recorded one and only the picture "
     "changes. Its column “spatial” moves the garment: every generated trajectory has its garment moved already.",
 ]

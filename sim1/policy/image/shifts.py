@@ -43,7 +43,7 @@ def shifted_looks(
     if not rooms:
         raise BadInput(
             f"{looks.folder}/rooms.yaml: lights has {light_of(trained.room.name)!r} alone, in which the policy was trained; add "
-            "another one, or set shifted_trajectories of image_policy to 0"
+            "another one, or set shifted_trajectories of image_policy and trial_count of image_trials to 0"
         )
     grey = np.full((1, 3), 0.5)  # of a scanned texture, which is never drawn here
     others = replace(looks, rooms=rooms)

@@ -86,10 +86,9 @@ class ImagePilot:
             arrays[name] = np.stack(pictures).transpose(0, 3, 1, 2).astype(np.float32) / 255.0
         batch: Batch = {"task": [self._task]}
         for name, array in arrays.items():
-            if self._steps is None:
-                batch[name] = torch.from_numpy(array)
-            else:
-                batch[name] = torch.from_numpy(array)[None]
+            one_picture = len(seen) == 1 and name != STATE  # lerobot leaves out its dimension for time
+            batch[name] = torch.from_numpy(array if self._steps is None or one_picture else array[None])
+            if self._steps is not None:
                 batch[f"{name}_is_pad"] = torch.tensor([[last + step < 0 for step in self._steps]])
         return batch
 

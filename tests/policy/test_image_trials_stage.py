@@ -1,0 +1,320 @@
+"""The stage with a painted camera over a cell that cannot fail: what it leaves behind, that it goes on after a kill, what its check sees."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+import yaml
+from made_up_cell import ObedientCell, failed, start
+from painted_world import HELD_OUT, Painter, write_world
+
+import sim1.policy.image_trials.crew
+from sim1.policy import paper
+from sim1.policy.image.policy_file import SCHEMA
+from sim1.policy.image.stage import ImagePolicyConfig, image_policy
+from sim1.policy.image_trials.looks import SHIFTS
+from sim1.policy.image_trials.measures import measure, of_all, read_tried
+from sim1.policy.image_trials.stage import ImageTrialsConfig, check_image_trials, image_trials
+from sim1.policy.results_page import results
+from sim1.policy.time_limit import TimeLimit
+from sim1.policy.trials import BROKEN, REALITY, Bench
+from sim1.stage import BadInput
+
+pytestmark = pytest.mark.filterwarnings("ignore")  # of torch and torchvision, not of this project
+CONFIG = ImageTrialsConfig(trial_count=2, processes=1, device="cpu")
+MITE = {
+    "pretrained_backbone_weights": None, "dim_model": 16, "n_heads": 2, "dim_feedforward": 16, "n_encoder_layers": 1,
+    "use_vae": False,
+}  # fmt: skip
+
+
+class PaintedCamera:
+    """In place of the live camera: a picture tells the look's fabric, and the frame's number."""
+
+    def __init__(self, film_set, config, folder):
+        assert Path(folder).is_dir()
+        self.size = config.height, config.width
+
+    def show(self, clip):
+        self.clip = clip
+
+    def pictures(self, *, garment_m, joints_rad, openness, frame):
+        image = np.full((*self.size, 3), 255 * np.array(self.clip.appearance.fabric.colors[0])).astype(np.uint8)
+        image[:, frame : frame + 2] = 255
+        return {"head": image}
+
+    def close(self):
+        pass
+
+
+def bench(factor: float, breaks_at: int | None = None) -> Bench:
+    """Folds where friction is as it is, and says so."""
+
+    def judge(history):
+        return factor == 1.0, None if factor == 1.0 else "slip", {"factor": factor}
+
+    def look(garment_m):
+        raise AssertionError("a policy that sees pictures is shown by what it saw")
+
+    return Bench(world=REALITY, cell=ObedientCell(breaks_at), start=start(), judge=judge, look=look)
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory):
+    """A towel's dataset, and a very small policy that was trained on it."""
+    folder = tmp_path_factory.mktemp("world")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sim1.render.blender.run_blender", Painter())
+        made = write_world(folder)
+    (folder / "policies").mkdir()
+    text = yaml.safe_dump({"schema": SCHEMA, "title": "A very small ACT", "type": "act", "settings": MITE})
+    (folder / "policies" / "mite.yaml").write_text(text)
+    (folder / "policy").mkdir()
+    learning = ImagePolicyConfig(policy="mite", steps=1, batch=2, chunk_s=0.5, device="cpu", shifted_trajectories=0)
+    image_policy({**made, "policies": {"": folder / "policies"}}, folder / "policy", learning)
+    return {**made, "image_policy": {"": folder / "policy"}}
+
+
+@pytest.fixture(scope="module")
+def world(inputs):
+    """Function that runs the stage."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sim1.policy.image_trials.crew, "LiveCamera", PaintedCamera)
+        patch.setattr(sim1.policy.image_trials.crew, "open_bench", lambda inputs, garment, world, factor: bench(factor))
+
+        def run(out: Path, config: ImageTrialsConfig = CONFIG, **others):
+            out.mkdir(exist_ok=True)
+            return image_trials({**inputs, **others}, out, config)
+
+        yield run
+
+
+@pytest.fixture(scope="module")
+def made(world, tmp_path_factory):
+    out = tmp_path_factory.mktemp("made") / "out"
+    return out, world(out)
+
+
+@pytest.fixture
+def artifact(made, tmp_path) -> Path:
+    """A copy to be damaged."""
+    return Path(shutil.copytree(made[0], tmp_path / "artifact"))
+
+
+def table(out: Path) -> pd.DataFrame:
+    return pd.read_parquet(out / "trials.parquet")
+
+
+def test_every_shift_is_tried_and_counted_and_nothing_else_is_left_behind(made):
+    out, facts = made
+    assert failed(check_image_trials(out)) == []
+    assert table(out)["shift"].value_counts().to_dict() == dict.fromkeys(SHIFTS, 2)
+    assert (facts["trial_count"], facts["success_count"], facts["trials_in"]) == (10, 8, "stand-in reality")
+    assert "no robot" in facts["stand_in"]
+    assert {path.name for path in out.iterdir()} == {
+        "image_trials.json", "trials.parquet", "report.html", "success.png", *(f"trials_{shift}.png" for shift in SHIFTS),
+    }  # fmt: skip
+
+
+def test_trials_of_one_number_meet_one_placement_and_the_moved_one_lies_in_the_same_direction(made):
+    trials = table(made[0]).set_index(["shift", "trial"])
+    for number in (0, 1):
+        rows = {shift: trials.loc[shift, number] for shift in SHIFTS}
+        places = {shift: np.array([row["shift_x_m"], row["shift_y_m"]]) for shift, row in rows.items()}
+        for shift in ("texture", "lighting", "viewpoint"):
+            np.testing.assert_array_equal(places[shift], places["in-domain"])
+        np.testing.assert_allclose(places["spatial"], 8 * places["in-domain"], atol=1e-9)  # of 8 cm in place of 1 cm
+        assert abs(rows["spatial"]["turn_rad"]) <= np.radians(15)
+
+
+def test_another_texture_has_another_friction_in_turn_and_no_other_shift_has(made):
+    trials = table(made[0])
+    texture = trials["shift"] == "texture"
+    assert trials["friction_factor"][texture].tolist() == [0.6, 1.6]
+    assert set(trials["friction_factor"][~texture]) == {1.0}
+
+
+def test_looks_are_those_of_training_and_never_of_what_was_held_out(world, tmp_path):
+    world(tmp_path / "out", replace(CONFIG, trial_count=12, shifts=("in-domain",), time_factor=0.3))
+    met = set(table(tmp_path / "out")["trained_look"])
+    assert len(met) > 2
+    assert not [name for name in met if name.startswith(HELD_OUT)]
+
+
+def test_a_strip_shows_the_very_pictures_that_the_policy_saw_and_says_in_what(made, world, tmp_path, monkeypatch):
+    kept = {}
+    monkeypatch.setattr(
+        sim1.policy.image_trials.crew,
+        "write_strip",
+        lambda path, strip: (kept.update({path.parent.name: strip}), _write(path, strip)),
+    )
+    world(tmp_path / "out", replace(CONFIG, shifts=("texture",), trial_count=1))
+    (strip,) = kept.values()
+    row = table(tmp_path / "out").iloc[0]
+    assert strip.title.endswith(
+        f"{row['fabric']} on {row['table']}, light {row['light']}, camera {row['elevation_deg']:+.0f}°, friction × 0.6"
+    )
+    frames = [int(np.flatnonzero((picture == 255).all(axis=(0, 2)))[0]) for picture in strip.pictures]
+    assert [frame / 10 for frame in frames] == pytest.approx(strip.times_s)
+    assert (frames[0], frames[-1]) == (0, row["picture_count"] - 1)
+
+
+def _write(path, strip):
+    np.savez_compressed(path, title=strip.title, times_s=strip.times_s, pictures=np.stack(strip.pictures))
+
+
+def test_a_killed_run_goes_on_with_the_trials_that_are_made_and_ends_with_the_same_bytes(
+    made, world, tmp_path, monkeypatch
+):
+    out, real, begun = tmp_path / "out", sim1.policy.image_trials.crew.drive, []
+
+    def drive(bench, trial, *rest):
+        if len(begun) == 4:
+            raise KeyboardInterrupt
+        begun.append(trial.name)
+        return real(bench, trial, *rest)
+
+    monkeypatch.setattr(sim1.policy.image_trials.crew, "drive", drive)
+    with pytest.raises(KeyboardInterrupt):
+        world(out)
+    first, begun[:] = list(begun), []
+    monkeypatch.setattr(
+        sim1.policy.image_trials.crew, "drive", lambda b, t, *rest: (begun.append(t.name), real(b, t, *rest))[1]
+    )
+    world(out)
+    assert (len(first), len(begun)) == (4, 6)
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == {
+        path.name: path.read_bytes() for path in made[0].iterdir()
+    }
+
+
+def test_a_policy_that_answers_by_chance_has_the_same_luck_in_every_shift_of_a_trial(world, tmp_path, monkeypatch):
+    class Guessing:
+        policy = SimpleNamespace(
+            config=SimpleNamespace(observation_delta_indices=None, image_features={"observation.images.head": None})
+        )
+
+        def answer(self, batch):
+            return torch.rand(1, 5, 14).numpy()
+
+    def open_bench(*_):
+        cell = ObedientCell()
+        return replace(bench(1.0), cell=cell, judge=lambda history: (True, None, {"joint": cell.joints_rad[0, 0]}))
+
+    monkeypatch.setattr(sim1.policy.image_trials.crew, "load", lambda *_: Guessing())
+    monkeypatch.setattr(sim1.policy.image_trials.crew, "open_bench", open_bench)
+    world(tmp_path / "out", replace(CONFIG, shifts=("in-domain", "lighting")))
+    luck = table(tmp_path / "out").set_index(["shift", "trial"])["figures"]
+    assert luck["in-domain"].tolist() == luck["lighting"].tolist()
+    assert luck["in-domain"].nunique() == 2
+
+
+def test_a_simulation_that_breaks_is_a_failure_and_its_strip_ends_there(world, tmp_path, monkeypatch):
+    monkeypatch.setattr(sim1.policy.image_trials.crew, "open_bench", lambda *_: bench(1.0, breaks_at=5))
+    world(tmp_path / "out", replace(CONFIG, shifts=("in-domain",), trial_count=1))
+    row = table(tmp_path / "out").iloc[0]
+    assert (row["failure"], row["picture_count"]) == (BROKEN, 2)  # frames 0 and 3 of the cell
+    assert failed(check_image_trials(tmp_path / "out")) == []
+
+
+def test_the_time_of_a_trial_is_that_of_stage_policy(made):
+    about = json.loads((made[0] / "image_trials.json").read_text())
+    longest = TimeLimit(duration_s=1.2 * 9 / 10, longest_of="generated")  # 25 states at 30 Hz are 9 frames at 10 Hz
+    assert about["time_limits"]["towel"] == pytest.approx({"duration_s": longest.duration_s, "longest_of": "generated"})
+
+
+def test_a_change_is_counted_pair_by_pair():
+    wins = {"in-domain": [1, 1, 0, 0], "lighting": [1, 0, 0, 0], "viewpoint": [0, 0, 1, 0]}
+    rows = [
+        {"garment": "towel", "shift": shift, "trial": number, "success": bool(won), "failure": None if won else "slip"}
+        for shift, all_of in wins.items()
+        for number, won in enumerate(all_of)
+    ]
+    tried = {one.shift: one for one in measure(pd.DataFrame(rows), seed=0)}
+    assert tried["in-domain"].change is None
+    assert tried["lighting"].change.value == -0.25
+    assert tried["lighting"].change.interval == (-0.75, 0.0)
+    assert tried["viewpoint"].change.value == -0.25
+    assert tried["viewpoint"].change.interval.high > 0
+    assert tried["viewpoint"].failures == {"slip": 3}
+    alone = [row for row in rows if row["shift"] == "lighting"]
+    assert measure(pd.DataFrame(alone), seed=0)[0].change is None
+
+
+def test_several_garments_are_counted_together_and_each_by_itself():
+    rows = [
+        {
+            "garment": garment,
+            "shift": "in-domain",
+            "trial": number,
+            "success": garment == "towel",
+            "failure": None if garment == "towel" else "slip",
+        }
+        for garment in ("towel", "polo")
+        for number in range(3)
+    ]
+    tried = measure(pd.DataFrame(rows), seed=0)
+    assert [(one.garment, one.success_count, one.trial_count) for one in tried] == [
+        (None, 3, 6),
+        ("towel", 3, 3),
+        ("polo", 0, 3),
+    ]
+    assert of_all(tried) == tried[:1]
+
+
+def test_the_page_of_results_has_the_papers_figures_beside_and_what_the_policy_saw(made):
+    table_, strips = results({"image_trials": {"": made[0]}}, {})
+    rows = {row["Shift"]: row for row in table_.table}
+    assert list(rows) == [*paper.SHIFTS, paper.AVERAGE]
+    assert [row["Success (%) | paper"] for row in rows.values()] == [67, 93, 90, 82, 47, 76]
+    assert rows["texture"]["Success (%) | here"].replace("\N{NO-BREAK SPACE}", " ") == "0 (0 to 66), 0 of 2"
+    assert rows["texture"]["Change (points)"].replace("\N{NO-BREAK SPACE}", " ") == "-100 (-100 to -100), 2 pairs"
+    assert [picture.path.name for picture in strips.pictures] == [f"trials_{shift}.png" for shift in SHIFTS]
+
+
+def test_a_shift_that_was_not_run_says_so_and_without_trials_nothing_is_shown(world, tmp_path):
+    world(tmp_path / "out", replace(CONFIG, trial_count=0))
+    assert failed(check_image_trials(tmp_path / "out")) == []
+    table_, strips = results({"image_trials": {"": tmp_path / "out"}}, {})
+    assert {row["Success (%) | here"] for row in table_.table} == {"not run"}
+    assert strips.pictures == []
+
+
+DAMAGES = {
+    "every_trial_accounted_for": lambda trials: trials.iloc[1:],
+    "figures_finite": lambda trials: trials.assign(simulated_s=np.nan),
+    "shifts_compare_in_pairs": lambda trials: trials.assign(shift_x_m=np.arange(10.0)),
+    "every_plan_saw_a_picture": lambda trials: trials.assign(picture_count=1),
+    "figures_follow_from_trials": lambda trials: trials.assign(success=False, failure="slip"),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_the_check_sees_what_is_wrong_with_the_trials(artifact, name):
+    DAMAGES[name](table(artifact)).to_parquet(artifact / "trials.parquet")
+    assert name in failed(check_image_trials(artifact))
+
+
+def test_the_check_misses_a_strip_and_a_count_on_the_page(artifact):
+    (artifact / "trials_lighting.png").unlink()
+    (artifact / "report.html").write_text("<p>stand-in, no robot</p>")
+    assert failed(check_image_trials(artifact)) == ["film_strips_present", "page_states_its_counts"]
+
+
+def test_an_artifact_of_another_version_is_named(artifact):
+    about = json.loads((artifact / "image_trials.json").read_text())
+    (artifact / "image_trials.json").write_text(json.dumps({**about, "schema": "sim1.image_trials/0"}))
+    with pytest.raises(BadInput, match=r"'sim1\.image_trials/0'.*make image_trials again"):
+        read_tried(artifact)
+
+
+def test_a_gpu_that_is_not_there_is_told(world, tmp_path, monkeypatch):
+    monkeypatch.setattr("sim1.policy.image_trials.experiment.gpu_memory_gib", lambda: 0.0)
+    with pytest.raises(BadInput, match="device of stage image_trials is gpu"):
+        world(tmp_path / "out", replace(CONFIG, device="gpu"))
