@@ -11,7 +11,7 @@ _PRINTED = f"Paper: {SOURCE}. Its success rates are of a real robot that folds a
 _BESIDE = " They stand side by side to show what was measured in the same form, not as the same quantity."
 MEANT = f"{_PRINTED}a simulated stand-in for reality and of a small policy that knows the garment's keypoints.{_BESIDE}"
 MEANT_WITH_PICTURES = (
-    f"{_PRINTED}a simulated stand-in for reality, of the garments named here and of the policy named below.{_BESIDE}"
+    f"{_PRINTED}a simulated stand-in for reality, and of the garments and the policy that are named here.{_BESIDE}"
 )
 TRIALS = 30  # "evaluated over 30 trials per configuration", section "Protocol and setup"
 

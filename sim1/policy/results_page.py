@@ -13,7 +13,7 @@ from sim1.policy.counting import rate, read_table
 from sim1.policy.image import page as image_page
 from sim1.policy.image.measures import read_points
 from sim1.policy.image_trials import page as image_trials_page
-from sim1.policy.image_trials.measures import read_tried
+from sim1.policy.image_trials.measures import read_result
 from sim1.report import Picture, Section
 from sim1.stage import BadInput, Inputs
 from sim1.validity.outcomes import ACCEPTED, outcome
@@ -125,8 +125,9 @@ def _pictures(artifacts: Artifacts) -> list[Section]:
 
 def _image_trials(artifacts: Artifacts) -> list[Section]:
     folder = artifacts[""]
+    about, tried = read_result(folder)
     return [
-        image_trials_page.result_section("Image policy in the closed loop", folder, read_tried(folder)),
+        image_trials_page.result_section("Image policy in the closed loop", folder, tried, about),
         image_trials_page.strip_section(folder, "Film strips of the image policy's trials"),
     ]
 

@@ -19,7 +19,7 @@ from sim1.policy import paper
 from sim1.policy.image.policy_file import SCHEMA
 from sim1.policy.image.stage import ImagePolicyConfig, image_policy
 from sim1.policy.image_trials.looks import SHIFTS
-from sim1.policy.image_trials.measures import measure, of_all, read_tried
+from sim1.policy.image_trials.measures import measure, of_all, read_result
 from sim1.policy.image_trials.stage import ImageTrialsConfig, check_image_trials, image_trials
 from sim1.policy.results_page import results
 from sim1.policy.time_limit import TimeLimit
@@ -311,7 +311,7 @@ def test_an_artifact_of_another_version_is_named(artifact):
     about = json.loads((artifact / "image_trials.json").read_text())
     (artifact / "image_trials.json").write_text(json.dumps({**about, "schema": "sim1.image_trials/0"}))
     with pytest.raises(BadInput, match=r"'sim1\.image_trials/0'.*make image_trials again"):
-        read_tried(artifact)
+        read_result(artifact)
 
 
 def test_a_gpu_that_is_not_there_is_told(world, tmp_path, monkeypatch):

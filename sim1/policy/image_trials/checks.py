@@ -9,15 +9,15 @@ import pandas as pd
 
 from sim1.policy.checks import page_findings
 from sim1.policy.counting import rate, read_table
-from sim1.policy.image_trials.measures import measure, of_all, read_tried
+from sim1.policy.image_trials.measures import measure, of_all, read_result
 from sim1.policy.trials import BROKEN
 from sim1.stage import Finding
 
 
 def check_experiment(artifact: Path) -> list[Finding]:
     """Findings of stage `image_trials`."""
-    about = json.loads((artifact / "image_trials.json").read_text())
-    trials, tried = read_table(artifact / "trials.parquet"), read_tried(artifact)
+    about, tried = read_result(artifact)
+    trials = read_table(artifact / "trials.parquet")
     counts = [rate(one.success_count, one.trial_count).replace("\N{NO-BREAK SPACE}", " ") for one in tried]
     return [
         _complete(trials, about),

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -52,16 +53,16 @@ def measure(trials: pd.DataFrame, seed: int) -> list[Tried]:
     ]
 
 
-def read_tried(artifact: Path) -> list[Tried]:
-    """What was measured, of `image_trials.json`.
+def read_result(artifact: Path) -> tuple[dict[str, Any], list[Tried]]:
+    """Contents of `image_trials.json`, and what was measured.
 
     Raises:
         BadInput: missing, damaged, or of another version.
     """
     path = artifact / "image_trials.json"
-    found = read_figures(path, SCHEMA, "image_trials")
+    about = read_figures(path, SCHEMA, "image_trials")
     try:
-        return pydantic.TypeAdapter(list[Tried]).validate_python(found["tried"])
+        return about, pydantic.TypeAdapter(list[Tried]).validate_python(about["tried"])
     except (KeyError, pydantic.ValidationError) as error:
         raise BadInput(f"{path}: not readable ({error}); make image_trials again") from error
 

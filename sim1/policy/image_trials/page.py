@@ -33,7 +33,7 @@ def write_page(out: Path, tried: Sequence[Tried], about: Mapping[str, Any]) -> N
     """Write `report.html` beside the pictures; `about` is the content of `image_trials.json`."""
     garments = [_row(one, {"Garment": one.garment, "Shift": one.shift}) for one in tried if one.garment]
     sections = [
-        result_section("Result", out, tried),
+        result_section("Result", out, tried, about),
         *([Section(heading="By garment", table=garments)] if garments else []),
         strip_section(out),
         Section(heading="What was changed", paragraphs=_changes(about)),
@@ -43,13 +43,15 @@ def write_page(out: Path, tried: Sequence[Tried], about: Mapping[str, Any]) -> N
     write_report(out / "report.html", "Image policy in the closed loop", LEAD, sections)
 
 
-def result_section(heading: str, artifact: Path, tried: Sequence[Tried]) -> Section:
-    """Success by shift, with the paper's figures."""
+def result_section(heading: str, artifact: Path, tried: Sequence[Tried], about: Mapping[str, Any]) -> Section:
+    """Who drove, and success by shift with the paper's figures."""
     found = {one.shift: one for one in of_all(tried)}
     picture = artifact / "success.png"
     return Section(
         heading=heading,
         paragraphs=[
+            f"{about['title']} (lerobot's “{about['type']}”, size {about['size']}), after {about['steps']} steps on generated trajectories of which there were "
+            f"{about['train_count']}, drives in the {' and the '.join(about['worlds']) or 'closed loop: no trial was run'}; garments: {', '.join(about['garments']) or 'none'}.",
             "Success in percent with 95 % Wilson intervals and counts. Change: against the trials of the same number in-domain, which meet the same placement "
             "(spatial: the same direction, further away) and the same look but for what is changed; percentage points with a 95 % bootstrap over pairs, which "
             "comes out too narrow where there are few, and has no width where no pair or every pair differs. All trials are of one network: what another seed of its training "
@@ -106,7 +108,7 @@ def _changes(about: Mapping[str, Any]) -> list[str]:
     factors = " and ".join(map(str, about["friction_factors"]))
     return [
         f"The garment is laid down within {1e3 * about['laid_m']:.0f} mm of where it was demonstrated; spatial: moved by up to {1e3 * about['shift_m']:.0f} mm "
-        f"and turned by up to {np.degrees(about['turn_rad']):.0f} degrees. Placements are those of stage policy, network by network of one seed and trial by trial.",
+        f"and turned by up to {np.degrees(about['turn_rad']):.0f} degrees. Placements are those that state policies of the same network seed meet in stage policy.",
         "A trial's look is that of a training clip, drawn by its number, the same in all shifts. Lighting: lamps and sky of a light of another name. Viewpoint: the head "
         f"camera turned about the table's middle to {about['viewpoint_deg']:g}° of elevation beyond all that training has seen, down in even trials and up in odd ones. "
         f"Texture: another fabric and table, and friction of all contacts taken times {factors} in turn, as the paper's texture shift changes friction too. What is new comes "
@@ -121,17 +123,16 @@ def _method(about: Mapping[str, Any]) -> list[str]:
     )
     driving, pictures = about["driving"], "; ".join(_rendered(*item) for item in about["pictures"].items())
     return [
-        f"{about['title']} (lerobot's “{about['type']}”, size {about['size']}), {about['steps']} steps on {about['train_count']} generated trajectories, network seed "
-        f"{about['network_seed']}, on {about['device']}. It drives in the {' and the '.join(about['worlds']) or 'closed loop: no trial was run'}.",
-        f"{about['each']} trials for each garment and shift: {', '.join(about['garments']) or 'none'}; {', '.join(about['shifts'])}. Every {driving['replan_frames']} of its frames "
-        f"at {driving['rate_hz']} Hz it is given pictures and predicts {about['chunk_frames']} commands; chunks that speak of the same frame are averaged, weights "
-        f"exp(−{driving['decay']:g} × age in chunks). A trial lasts {about['time_factor']:g} times the longest trajectory of its garment: {times or 'none'}; it is judged at its end.",
+        f"Trials for each garment and shift: {about['each']}; shifts: {', '.join(about['shifts'])}. Network seed {about['network_seed']}, on {about['device']}. "
+        f"The policy plans {driving['rate_hz'] / driving['replan_frames']:g} times a second: it is given the state and the pictures of that moment and predicts {about['chunk_frames']} commands "
+        f"at {driving['rate_hz']} Hz; chunks that speak of the same frame are averaged, weights exp(−{driving['decay']:g} × age in chunks). A trial lasts {about['time_factor']:g} times the "
+        f"longest trajectory of its garment: {times or 'none'}; it is judged at its end.",
         f"Pictures are rendered as the dataset's were: {pictures or 'none'}.",
     ]
 
 
 def _rendered(garment: str, shown: Mapping[str, Any]) -> str:
     return (
-        f"{garment} by {shown['engine']}, {shown['width']} × {shown['height']}, {shown['samples']} samples, of {', '.join(shown['cameras'])}, "
-        f"{shown['trained_looks']} looks of training"
+        f"{garment} with {shown['engine']}, {shown['width']} × {shown['height']}, {shown['samples']} samples, seen by {', '.join(shown['cameras'])}; "
+        f"looks of training: {shown['trained_looks']}"
     )
