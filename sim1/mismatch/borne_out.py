@@ -8,8 +8,10 @@ from sim1.mismatch.decide import (
     rating,
     said_of,
     steady,
+    told_by,
     unchanged,
     worth_over,
+    worthy_of,
 )
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import Thresholds
@@ -65,10 +67,11 @@ def borne_out(
     if not best.terms:
         return decision
     asked = [part for part in parts_of(pool, best) if part.terms in against]
+    telling = told_by([one for one in worthy_of(pool, thresholds) if steady(null, one, thresholds, measured)], best, thresholds)
     for part in sorted(asked, key=lambda model: rating(model, thresholds)):
         said = against[best.terms] - against[part.terms]
-        if set(part.terms) < set(best.terms) and not adds_enough(null, part, best, thresholds, said=said):
-            best = part
+        if set(part.terms) < set(best.terms) and not adds_enough(null, part, telling, thresholds, said=said):
+            best = telling = part
     kept = worth_over(null, best, thresholds, max(against[best.terms], 0.0)) >= thresholds.asked(best.terms)
     if not kept or not steady(null, best, thresholds, measured):
         return unchanged("unknown", null)

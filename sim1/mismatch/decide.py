@@ -81,9 +81,17 @@ def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> 
     return float(np.mean(np.minimum(values**2, gross)))
 
 
-def exceeds(fit: Fit, thresholds: Thresholds) -> bool:
-    """Whether a model leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too."""
-    return mean_square(fit) >= thresholds.misfit or worst(fit) >= thresholds.misfit_alone
+def exceeds(pool: list[Model], thresholds: Thresholds) -> bool:
+    """Whether the baseline leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too.
+
+    What is missing pushes a little like something that is known. A motion in which two simulators part, as a sheet that is nearly
+    chaotic does, is no more like one effect than like another: an excess with which nothing gains counts where it is gross.
+    """
+    null = null_of(pool)
+    square = mean_square(null.fit)
+    if gain_of(pool, best_of(pool, thresholds), thresholds) < thresholds.stirred:
+        return square >= thresholds.gross
+    return square >= thresholds.misfit or worst(null.fit) >= thresholds.misfit_alone
 
 
 def stands_out(pool: list[Model], thresholds: Thresholds) -> bool:
@@ -149,7 +157,7 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     are there is known, however much else is.
     """
     null = null_of(pool)
-    missing = exceeds(null.fit, thresholds) or stands_out(pool, thresholds)
+    missing = exceeds(pool, thresholds) or stands_out(pool, thresholds)
     worthy = worthy_of(pool, thresholds)
     if not _leader(pool, worthy, thresholds):
         return unchanged("unknown" if missing else "none", null)
@@ -205,8 +213,8 @@ def said_of(
 
 
 def rivals_of(pool: list[Model], best: Model, thresholds: Thresholds) -> tuple[Model, ...]:
-    """Models of other effects, no more of them, that explain it about as well as `best`."""
-    gain = gain_of(pool, best, thresholds)
+    """Models of other effects, no more of them, that explain it about as well as `best`, or what tells for it."""
+    gain = gain_of(pool, told_by(pool, best, thresholds), thresholds)
     close = max(thresholds.margin, thresholds.margin_share * gain)
     return tuple(
         model
@@ -256,14 +264,25 @@ def _leader(pool: list[Model], standing: list[Model], thresholds: Thresholds) ->
 
 
 def _simpler(pool: list[Model], standing: list[Model], best: Model, thresholds: Thresholds) -> Model | None:
-    """The best simpler model to which `best` adds too little."""
+    """The best simpler model to which `best`, or what tells for it, adds too little."""
     fewer = [model for model in standing if len(model.terms) < len(best.terms)]
-    rest = [model for model in pool if model.terms and set(model.terms) < set(best.terms)]
-    rest += [model for model in standing if _contained(model.terms, best.terms)]
-    rest += [best_of(fewer, thresholds)] if fewer else []
-    null = null_of(pool)
-    within = [model for model in rest if not adds_enough(null, model, best, thresholds)]
+    less = [model for model in pool if model.terms and set(model.terms) < set(best.terms)]
+    less += [model for model in fewer if _contained(model.terms, best.terms)]
+    less += [best_of(fewer, thresholds)] if fewer else []
+    narrower = [model for model in standing if _in_place_of(model.terms, best.terms)]
+    null, telling = null_of(pool), told_by(standing, best, thresholds)
+    within = [model for model in less if not adds_enough(null, model, telling, thresholds)]
+    within += [model for model in narrower if not adds_enough(null, model, best, thresholds)]
     return best_of(within, thresholds) if within else None
+
+
+def told_by(standing: list[Model], model: Model, thresholds: Thresholds) -> Model:
+    """The model itself or, if it fits better, one with wider effects in place of its own: what either adds to the rest, that one tells.
+
+    That a stream is no more than still air's drag is a matter between the two; that there is one of them is shown by the better.
+    """
+    wider = [one for one in standing if _in_place_of(model.terms, one.terms)]
+    return best_of([model, *wider], thresholds)
 
 
 def _among(model: Model, models: list[Model]) -> bool:
@@ -274,3 +293,8 @@ def _contained(small: tuple[str, ...], large: tuple[str, ...]) -> bool:
     """Whether one model is the other with less: wind brings drag with it."""
     inside = {EFFECTS[name].widens for name in large}
     return small != large and set(small) <= set(large) | inside
+
+
+def _in_place_of(narrow: tuple[str, ...], wide: tuple[str, ...]) -> bool:
+    """Whether one model has as many effects as the other, some of them in place of wider ones."""
+    return len(narrow) == len(wide) and _contained(narrow, wide)

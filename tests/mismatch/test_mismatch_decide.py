@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_pool import fitted, pool_of
 
-from sim1.mismatch.decide import decide, explained, left, mean_square
+from sim1.mismatch.decide import decide, explained, gain_of, left, mean_square
 from sim1.mismatch.findings import admitted, probabilities
 from sim1.mismatch.thresholds import THRESHOLDS
 
@@ -68,17 +68,27 @@ def test_what_the_formula_of_a_strong_effect_leaves_is_no_second_effect(unknowns
     assert verdict(unknowns, {first: 2000.0, pair: 2000.0 + 127.0}, thresholds=cheap) == ("named", pair)
 
 
-def test_an_excess_over_noise_that_nothing_explains_is_unknown(unknowns):
-    assert verdict(unknowns, {("air_drag",): 10.0}, {(): 2.0}) == ("unknown", ())
+@pytest.mark.parametrize("gain", [1.2, 0.8])
+def test_an_excess_over_noise_counts_where_something_gains_a_little_with_it_or_where_it_is_gross(unknowns, gain):
+    """A sheet that is nearly chaotic leaves an excess that is no more like one effect than like another."""
+    gains = {("heavy_region",): gain * THRESHOLDS.stirred}
+    little, much = 1.1 * THRESHOLDS.misfit, 1.1 * THRESHOLDS.gross
+    assert verdict(unknowns, gains, {(): little}) == ("unknown" if gain > 1.0 else "none", ())
+    assert verdict(unknowns, gains, {(): much}) == ("unknown", ())
+    assert verdict(unknowns, gains, {(): 0.9 * THRESHOLDS.misfit}) == ("none", ())
 
 
 def test_what_pushes_in_one_recording_alone_is_missing_too(unknowns):
     """A magnet beside which the sheet swings once."""
     quiet = {f"quiet_{k}": 0.8 for k in range(4)}
     for pushed, said in ((0.9 * THRESHOLDS.misfit_alone, "none"), (1.1 * THRESHOLDS.misfit_alone, "unknown")):
-        null = replace(pool_of(unknowns, {})[0], fit=fitted(unknowns, pushed=pushed, **quiet))
+        null, model = pool_of(unknowns, {("heavy_region",): 0.0})
+        null = replace(null, fit=fitted(unknowns, pushed=pushed, **quiet))
+        better = replace(null.fit, temper=dict.fromkeys(null.fit.names, 1.03))
+        pool = [null, replace(model, fit=better)]
         assert mean_square(null.fit) < THRESHOLDS.misfit
-        assert decide([null], THRESHOLDS).verdict == said
+        assert THRESHOLDS.stirred < gain_of(pool, pool[1], THRESHOLDS) < THRESHOLDS.gain
+        assert decide(pool, THRESHOLDS).verdict == said
 
 
 def test_a_model_that_leaves_most_of_the_excess_is_unknown(unknowns):
@@ -243,6 +253,17 @@ def test_a_second_effect_needs_little_of_what_the_first_gained(unknowns):
 def test_wind_must_earn_what_it_adds_to_the_drag_that_it_contains(unknowns):
     assert verdict(unknowns, {("wind",): 310.0, ("air_drag",): 300.0}) == ("named", ("air_drag",))
     assert verdict(unknowns, {("wind",): 400.0, ("air_drag",): 300.0}) == ("named", ("wind",))
+
+
+def test_drag_beside_another_is_named_where_a_stream_that_fits_a_little_better_shows_that_air_is_missing(unknowns):
+    """Air at rest adds 31 nats to what bending does, a stream 46, and a stiff place beside it less than that."""
+    alone, second = ("bending_hysteresis",), THRESHOLDS.second
+    drag, wind, place = ("air_drag", *alone), (*alone, "wind"), (*alone, "stiff_region")
+    gains = {alone: 500.0, drag: 500.0 + 0.9 * second, place: 500.0 + 0.95 * second}
+    assert verdict(unknowns, gains) == ("named", alone)
+    assert verdict(unknowns, gains | {wind: 500.0 + 1.3 * second}) == ("named", drag)
+    assert verdict(unknowns, gains | {wind: 500.0 + 1.05 * second}) == ("ambiguous", drag)
+    assert verdict(unknowns, gains | {wind: 500.0 + 2.3 * second}) == ("named", wind)
 
 
 def test_what_is_simpler_and_does_not_stand_takes_no_name_away_unless_it_is_a_part(unknowns, monkeypatch):
