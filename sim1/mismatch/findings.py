@@ -23,7 +23,7 @@ from sim1.mismatch.patience import Patience
 from sim1.mismatch.strict_json import write_json
 from sim1.mismatch.summary import SCHEMA, Prices, Summary
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
-from sim1.mismatch.uncertainty import deviations, unsteadiness
+from sim1.mismatch.uncertainty import deviations, established, unsteadiness
 from sim1.mismatch.verdict import Verdict
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
@@ -205,7 +205,10 @@ def sentence(found: Diagnosis) -> str:
         return "The search was stopped before it found anything: diagnose again with more time."
     before, after = 1e3 * found.rmse_m["baseline"]["heldout"], 1e3 * found.rmse_m["augmented"]["heldout"]
     if found.verdict == "none":
-        return f"Nothing is missing that these recordings could show: {before:.2f} mm on held-out motion."
+        most = worst(found.baseline.fit)
+        odd = most >= THRESHOLDS.misfit_alone or found.misfit["baseline"] >= THRESHOLDS.misfit
+        chaos = f" One recording leaves {most:.1f} times what noise and mesh explain, like nothing that is known: a sheet that is nearly chaotic does."
+        return f"Nothing is missing that these recordings could show: {before:.2f} mm on held-out motion.{chaos if odd else ''}"
     left = found.misfit["chosen"]
     more = ""
     if left > THRESHOLDS.misfit:
@@ -245,6 +248,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
                     "gain": null - rating(model, thresholds),
                     "worth": worth([found.baseline], model, thresholds),
                     "unsteadiness": unsteadiness(model.fit, found.baseline.fit),
+                    "established": established(model.fit, thresholds.significance),
                     "misfit": mean_square(model.fit),
                 }
                 for model in found.models[:10]

@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/6`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/7`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/6"
+SCHEMA = "sim1.diagnosis/7"
 
 
 class Ranked(Strict):
@@ -17,6 +17,7 @@ class Ranked(Strict):
     gain: float  # over the calibrated baseline, nats
     worth: float  # of that, where evidence that counts the same error again and again counts it once
     unsteadiness: float  # by what share of itself it differs from second to second
+    established: bool  # whether, by recordings that disagree, its effects' strengths are not nothing
     misfit: float  # mean squared residual in units of noise and mesh error
 
 
@@ -69,13 +70,15 @@ class Prices(Strict):
     unsteady: float  # unless it differs by no larger a share of itself from second to second
     gain: float  # of any model, from which something is taken to be missing, where there is no table
     gain_table: float  # and where there is one
+    stirred: float  # of any model, without which an excess counts only from
+    gross: float  # a mean squared residual of so much on
     nulls: int  # bundles with nothing missing that `named` rests on
 
 
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/6"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/7"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts
