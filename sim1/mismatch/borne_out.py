@@ -67,7 +67,9 @@ def borne_out(
     if not best.terms:
         return decision
     asked = [part for part in parts_of(pool, best) if part.terms in against]
-    telling = told_by([one for one in worthy_of(pool, thresholds) if steady(null, one, thresholds, measured)], best, thresholds)
+    telling = told_by(
+        [one for one in worthy_of(pool, thresholds) if steady(null, one, thresholds, measured)], best, thresholds
+    )
     for part in sorted(asked, key=lambda model: rating(model, thresholds)):
         said = against[best.terms] - against[part.terms]
         if set(part.terms) < set(best.terms) and not adds_enough(null, part, telling, thresholds, said=said):
