@@ -88,10 +88,10 @@ def exceeds(pool: list[Model], thresholds: Thresholds) -> bool:
     chaotic does, is no more like one effect than like another: an excess with which nothing gains counts where it is gross.
     """
     null = null_of(pool)
-    square = mean_square(null.fit)
-    if gain_of(pool, best_of(pool, thresholds), thresholds) < thresholds.stirred:
-        return square >= thresholds.gross
-    return square >= thresholds.misfit or worst(null.fit) >= thresholds.misfit_alone
+    stirred = gain_of(pool, best_of(pool, thresholds), thresholds) >= thresholds.stirred
+    times = 1.0 if stirred else thresholds.gross
+    found = (mean_square(null.fit), thresholds.misfit), (worst(null.fit), thresholds.misfit_alone)
+    return any(square - 1.0 >= times * (limit - 1.0) for square, limit in found)
 
 
 def stands_out(pool: list[Model], thresholds: Thresholds) -> bool:

@@ -70,8 +70,8 @@ class Prices(Strict):
     unsteady: float  # unless it differs by no larger a share of itself from second to second
     gain: float  # of any model, from which something is taken to be missing, where there is no table
     gain_table: float  # and where there is one
-    stirred: float  # of any model, without which an excess counts only from
-    gross: float  # a mean squared residual of so much on
+    stirred: float  # of any model, without which
+    gross: float  # an excess over 1 has to be so many times as large
     nulls: int  # bundles with nothing missing that `named` rests on
 
 

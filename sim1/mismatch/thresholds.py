@@ -57,8 +57,10 @@ class Thresholds:
     second_share: float = (
         0.03  # of what the first gains that another must gain beside it: its formula may be off by a sixth
     )
-    stirred: float = 20.0  # of some model, without which an excess counts only from
-    gross: float = 2.0  # a mean square of so much on: what is missing is a little like something that is known
+    stirred: float = (
+        20.0  # of some model; what is missing is a little like something that is known, and where nothing gains so much
+    )
+    gross: float = 2.5  # an excess over 1 has to be so many times as large
     doubtful: float = 0.4  # of what a second is asked for, from which motion held out is asked whether another is there
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain

@@ -72,7 +72,8 @@ def test_what_the_formula_of_a_strong_effect_leaves_is_no_second_effect(unknowns
 def test_an_excess_over_noise_counts_where_something_gains_a_little_with_it_or_where_it_is_gross(unknowns, gain):
     """A sheet that is nearly chaotic leaves an excess that is no more like one effect than like another."""
     gains = {("heavy_region",): gain * THRESHOLDS.stirred}
-    little, much = 1.1 * THRESHOLDS.misfit, 1.1 * THRESHOLDS.gross
+    least, most = THRESHOLDS.misfit, 1.0 + THRESHOLDS.gross * (THRESHOLDS.misfit - 1.0)
+    little, much = 0.5 * (least + most), 1.1 * most
     assert verdict(unknowns, gains, {(): little}) == ("unknown" if gain > 1.0 else "none", ())
     assert verdict(unknowns, gains, {(): much}) == ("unknown", ())
     assert verdict(unknowns, gains, {(): 0.9 * THRESHOLDS.misfit}) == ("none", ())

@@ -146,7 +146,8 @@ def test_ctrl_c_ends_all_processes(planned, to):
         [
             sys.executable,
             "-c",
-            "import sys; from pathlib import Path; from sim1.render.blender import run_blender\n"
+            "import signal; from pathlib import Path; from sim1.render.blender import run_blender\n"
+            "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # what runs behind a shell's back ignores it
             f"run_blender(Path({str(job.folder)!r}), Path({str(out)!r}), command={stand_in('time.sleep(60)')!r})",
         ],
         cwd=ROOT,
