@@ -8,8 +8,8 @@ fitted and as it was before any fit, and the best one is the start of a calibrat
 import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
-from sim1.mismatch.decide import mean_square
 from sim1.mismatch.engine import Engine
+from sim1.mismatch.excess import mean_square
 from sim1.mismatch.fit import Fit, Tempers, cost_of, fit
 from sim1.mismatch.models import Model, calibrate, judged
 from sim1.mismatch.screen import possible, site_of

@@ -19,9 +19,8 @@ FINALISTS = 3  # models, the baseline among them, that are fitted again once the
 AGAIN = 2  # iterations of that
 LONGEST = 10  # iterations after which the leader's search ends, converged or not
 NEAR, FAR = 270.0, 0.3  # nats, and of what the best gains: models further behind it are not fitted again
-PROMISING = (
-    45.0  # nats from which more effort is spent; no share of a threshold: these are measured by searches like it
-)
+# Nats from which more effort is spent; no share of a threshold: these are measured by searches like it.
+PROMISING = 45.0
 STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one search differ by less
 PARTNERS = 3  # second effects that are tried beside each
 FIRSTS = 3  # models that they are tried beside: the best one and its closest rivals

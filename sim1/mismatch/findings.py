@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.physics import write_physics
-from sim1.mismatch.decide import mean_square, on_table, rating, worst, worth
+from sim1.mismatch.decide import rating, worth
 from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import Diagnosis, diagnose
+from sim1.mismatch.excess import mean_square, on_table, worst
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
 from sim1.mismatch.fit import promised
 from sim1.mismatch.forces_file import write_forces

@@ -54,13 +54,12 @@ class Thresholds:
     misfit_alone: float  # the same of one recording
     gain: float  # of any model, from which something is missing though nothing is worth a name, where there is no table
     gain_table: float  # and where there is one
-    second_share: float = (
-        0.03  # of what the first gains that another must gain beside it: its formula may be off by a sixth
-    )
-    stirred: float = (
-        20.0  # of some model; what is missing is a little like something that is known, and where nothing gains so much
-    )
-    gross: float = 2.5  # an excess over 1 has to be so many times as large
+    # Of what the first gains that another must gain beside it: its formula may be off by a sixth.
+    second_share: float = 0.03
+    # What is missing is a little like something that is known: where no model gains `stirred` nats, the excess over 1 of a mean squared
+    # residual has to be `gross` times as large as else.
+    stirred: float = 20.0
+    gross: float = 2.5
     doubtful: float = 0.4  # of what a second is asked for, from which motion held out is asked whether another is there
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain

@@ -15,11 +15,12 @@ from made_up_cell import ObedientCell, failed, start
 from painted_world import HELD_OUT, Painter, write_world
 
 import sim1.policy.image_trials.crew
+from sim1.film_strip import write_strip
 from sim1.policy import paper
 from sim1.policy.image.policy_file import SCHEMA
 from sim1.policy.image.stage import ImagePolicyConfig, image_policy
 from sim1.policy.image_trials.looks import SHIFTS
-from sim1.policy.image_trials.measures import measure, of_all, read_result
+from sim1.policy.image_trials.measures import read_result
 from sim1.policy.image_trials.stage import ImageTrialsConfig, check_image_trials, image_trials
 from sim1.policy.results_page import results
 from sim1.policy.time_limit import TimeLimit
@@ -152,7 +153,7 @@ def test_a_strip_shows_the_very_pictures_that_the_policy_saw_and_says_in_what(ma
     monkeypatch.setattr(
         sim1.policy.image_trials.crew,
         "write_strip",
-        lambda path, strip: (kept.update({path.parent.name: strip}), _write(path, strip)),
+        lambda path, strip: (kept.update({path.parent.name: strip}), write_strip(path, strip)),
     )
     world(tmp_path / "out", replace(CONFIG, shifts=("texture",), trial_count=1))
     (strip,) = kept.values()
@@ -163,10 +164,6 @@ def test_a_strip_shows_the_very_pictures_that_the_policy_saw_and_says_in_what(ma
     frames = [int(np.flatnonzero((picture == 255).all(axis=(0, 2)))[0]) for picture in strip.pictures]
     assert [frame / 10 for frame in frames] == pytest.approx(strip.times_s)
     assert (frames[0], frames[-1]) == (0, row["picture_count"] - 1)
-
-
-def _write(path, strip):
-    np.savez_compressed(path, title=strip.title, times_s=strip.times_s, pictures=np.stack(strip.pictures))
 
 
 def test_a_killed_run_goes_on_with_the_trials_that_are_made_and_ends_with_the_same_bytes(
@@ -227,45 +224,6 @@ def test_the_time_of_a_trial_is_that_of_stage_policy(made):
     about = json.loads((made[0] / "image_trials.json").read_text())
     longest = TimeLimit(duration_s=1.2 * 9 / 10, longest_of="generated")  # 25 states at 30 Hz are 9 frames at 10 Hz
     assert about["time_limits"]["towel"] == pytest.approx({"duration_s": longest.duration_s, "longest_of": "generated"})
-
-
-def test_a_change_is_counted_pair_by_pair():
-    wins = {"in-domain": [1, 1, 0, 0], "lighting": [1, 0, 0, 0], "viewpoint": [0, 0, 1, 0]}
-    rows = [
-        {"garment": "towel", "shift": shift, "trial": number, "success": bool(won), "failure": None if won else "slip"}
-        for shift, all_of in wins.items()
-        for number, won in enumerate(all_of)
-    ]
-    tried = {one.shift: one for one in measure(pd.DataFrame(rows), seed=0)}
-    assert tried["in-domain"].change is None
-    assert tried["lighting"].change.value == -0.25
-    assert tried["lighting"].change.interval == (-0.75, 0.0)
-    assert tried["viewpoint"].change.value == -0.25
-    assert tried["viewpoint"].change.interval.high > 0
-    assert tried["viewpoint"].failures == {"slip": 3}
-    alone = [row for row in rows if row["shift"] == "lighting"]
-    assert measure(pd.DataFrame(alone), seed=0)[0].change is None
-
-
-def test_several_garments_are_counted_together_and_each_by_itself():
-    rows = [
-        {
-            "garment": garment,
-            "shift": "in-domain",
-            "trial": number,
-            "success": garment == "towel",
-            "failure": None if garment == "towel" else "slip",
-        }
-        for garment in ("towel", "polo")
-        for number in range(3)
-    ]
-    tried = measure(pd.DataFrame(rows), seed=0)
-    assert [(one.garment, one.success_count, one.trial_count) for one in tried] == [
-        (None, 3, 6),
-        ("towel", 3, 3),
-        ("polo", 0, 3),
-    ]
-    assert of_all(tried) == tried[:1]
 
 
 def test_the_page_of_results_has_the_papers_figures_beside_and_what_the_policy_saw(made):

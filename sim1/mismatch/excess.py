@@ -1,0 +1,62 @@
+"""What fits leave over noise and mesh, and how much of it a model explains."""
+
+import numpy as np
+
+from sim1.mismatch.fit import Fit, cost_of
+from sim1.mismatch.thresholds import Thresholds
+
+MEDIAN = 0.455  # of squared normal numbers
+GROSS = 25.0  # squared residuals count no more than this: a marker that was mislabelled is not physics
+
+
+def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> float:
+    """Mean squared residual of some recordings, or all, gross errors capped, in units of its variance."""
+    values = np.concatenate([fit.residuals[name] for name in names or fit.names])
+    return float(np.mean(np.minimum(values**2, gross)))
+
+
+def worst(fit: Fit) -> float:
+    """Mean squared residual of the recording with the largest."""
+    return max(mean_square(fit, (name,)) for name in fit.names)
+
+
+def on_table(fit: Fit) -> bool:
+    """Whether cloth could lie on a table."""
+    return fit.unknowns.base.table_z_m is not None
+
+
+def _gross(null: Fit, name: str) -> float:
+    """What counts as a gross error in a recording that the baseline misses by far: it is set by how far that is.
+
+    Else nearly all of its residuals are capped, and nothing that a model explains shows.
+    """
+    return GROSS * max(1.0, float(np.median(null.residuals[name] ** 2)) / MEDIAN)
+
+
+def explained(null: Fit, model: Fit, thresholds: Thresholds) -> float:
+    """Share of the excess over noise and mesh that a model explains, by recording, weighed by what it gains in each.
+
+    What is wrong where it does nothing, wrinkles say, is no witness against it; fitting better what had no excess, none for it. What it
+    gains because the baseline had to leave its priors to imitate it is explained.
+    """
+    gains, shares = _gains(null, model), []
+    for name in model.names:
+        gross = _gross(null, name)
+        before, after = mean_square(null, (name,), gross), mean_square(model, (name,), gross)
+        shares.append(np.clip((before - after) / (before - 1.0), 0.0, 1.0) if before > thresholds.left else 0.0)
+    plausible = max(0.5 * float(null.z @ null.z - model.z @ model.z), 0.0)
+    return float((np.dot(gains, shares) + plausible) / max(gains.sum() + plausible, 1e-9))
+
+
+def left(null: Fit, model: Fit) -> float:
+    """Mean squared residual that a model leaves, by recording, weighed by what it gains in each."""
+    gains = _gains(null, model)
+    if not gains.any():
+        return mean_square(model)
+    return float(np.dot(gains, [mean_square(model, (name,)) for name in model.names]) / gains.sum())
+
+
+def _gains(null: Fit, model: Fit) -> np.ndarray:
+    """Nats of likelihood by recording; 0 where a model loses."""
+    costs = [[cost_of(fit.residuals, (name,), fit.temper) for name in model.names] for fit in (null, model)]
+    return np.maximum(np.subtract(*costs), 0.0)
