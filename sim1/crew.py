@@ -3,6 +3,7 @@
     episodes/NNNN/      an attempt that ran, whole or absent
     attempts/NNNN.json  the row of an attempt that is made; written last
     work/NNNN.lock      held by the process that makes it; a killed process lets go by itself
+    work/crew           held by all who work here; who gets it alone, the last one, removes `work/`
 
 Every process asks the folder what is made, takes the lowest attempt that is wanted and that nobody holds, makes it, and asks
 again. Processes may come and go, on one machine or on several that share the folder and its locks.
@@ -13,16 +14,18 @@ import multiprocessing
 import shutil
 import time
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Protocol
 
 from sim1.child_process import behave_as_child
-from sim1.lock import Taken, exclusive
+from sim1.lock import Taken, exclusive, shared
 from sim1.quota import Quota, Row, Ticket, open_tickets
 from sim1.stage import BadInput
 
+CREW = "crew"
 WAIT_S = 0.2  # between two looks at what others have made
 
 
@@ -52,6 +55,24 @@ class Shop:
     @property
     def work(self) -> Path:
         return self.root / "work"
+
+    def at_work(self) -> AbstractContextManager[None]:
+        """As long as it is held, nobody removes `work/`."""
+        return shared(self.work / CREW)
+
+    def tidied(self) -> None:
+        """Remove `work/`, unless somebody is at work."""
+        if not self.work.exists():
+            return
+        with suppress(Taken), exclusive(self.work / CREW):
+            for path in self.work.iterdir():
+                if path.is_dir():
+                    shutil.rmtree(path)
+                elif path.name != CREW:
+                    path.unlink()
+            (self.work / CREW).unlink()  # last: until then, who comes waits for it
+            with suppress(OSError):  # somebody came since
+                self.work.rmdir()
 
     def rows(self) -> dict[str, Row]:
         """Rows of all attempts that are made, by name.
@@ -96,18 +117,19 @@ class Shop:
 def labour(root: Path, quotas: Sequence[Quota], maker: Maker, tell: Tell = lambda rows: None) -> None:
     """Make attempts until the quotas have enough, beside whoever else does."""
     shop = Shop(root=root)
-    while True:
-        tell(shop.rows())
-        for ticket in open_tickets(quotas, shop.rows()):
-            try:
-                shop.make(ticket, maker)
-                break
-            except Taken:
-                continue
-        else:
-            if not open_tickets(quotas, shop.rows()):
-                return
-            time.sleep(WAIT_S)
+    with shop.at_work():
+        while True:
+            tell(shop.rows())
+            for ticket in open_tickets(quotas, shop.rows()):
+                try:
+                    shop.make(ticket, maker)
+                    break
+                except Taken:
+                    continue
+            else:
+                if not open_tickets(quotas, shop.rows()):
+                    return
+                time.sleep(WAIT_S)
 
 
 def _child(
@@ -163,12 +185,16 @@ def labour_together(
         )
 
 
-def finished(root: Path) -> list[Row]:
-    """Rows of all attempts in the folder, series by series, in order; the locks are removed.
+def finished(root: Path, conclude: Callable[[list[Row]], None] = lambda rows: None) -> list[Row]:
+    """Rows of all attempts in the folder, series by series, in order; what only the work needed is removed with the last who works.
 
-    They may be more than the quotas ask for, where those were larger once: what is made is kept.
+    They may be more than the quotas ask for, where those were larger once: what is made is kept. `conclude` is given them, one
+    process at a time, so that what it writes is of all that is made by then.
     """
     shop = Shop(root=root)
-    shutil.rmtree(shop.work, ignore_errors=True)
-    rows = shop.rows()
-    return [rows[name] for name in sorted(rows, key=lambda name: (len(name), name))]
+    with shop.at_work(), exclusive(shop.work / "conclusion", patient=True):
+        rows = shop.rows()
+        ordered = [rows[name] for name in sorted(rows, key=lambda name: (len(name), name))]
+        conclude(ordered)
+    shop.tidied()
+    return ordered

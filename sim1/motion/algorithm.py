@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -97,23 +98,36 @@ def generate_until(
     limit = TRIES_PER_TARGET * target
     quota = Quota(series="", run_count=0, target=target, counted="accepted", run_limit=limit, try_limit=limit)
     labour_together(out, [quota], functools.partial(Checked.of, inputs, garment, config, valid), workers, tell)
-    rows = finished(out)
-    write_tables(out, rows, read_start(only(inputs, "seed_demos")))
-    return rows
+    start_m = read_start(only(inputs, "seed_demos"))
+    return finished(out, lambda rows: write_tables(out, rows, start_m))
 
 
 def _claim(path: Path, plan: dict[str, Any]) -> None:
-    """Note what the attempts of a folder are made from, or check that they are made from this."""
-    if path.exists():
+    """Note what the attempts of a folder are made from, or check that they are made from this.
+
+    Raises:
+        BadInput: they are made from something else, or nobody can say from what.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(f".{os.getpid()}.part")
+    part.write_text(json.dumps(plan, indent=1, sort_keys=True) + "\n")
+    try:
+        path.hardlink_to(part)  # whole at once, and of several that begin the folder only the first does
+        return
+    except FileExistsError:
+        pass
+    finally:
+        part.unlink()
+    try:
         begun = json.loads(path.read_text())
         changed = [name for name in sorted({*plan, *begun}) if plan.get(name) != begun.get(name)]
-        if changed:
-            raise BadInput(
-                f"{path}: {changed[0]} was {begun.get(changed[0], 'not noted')} when this folder was begun, is "
-                f"{plan.get(changed[0], 'no setting')} now; give another folder, or remove this one"
-            )
-        return
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(plan, indent=1, sort_keys=True) + "\n")
-    part.rename(path)
+    except (ValueError, AttributeError, TypeError) as error:
+        raise BadInput(
+            f"{path}: not readable ({error}), so what the attempts beside it are made from is unknown; "
+            "give another folder, or remove this one"
+        ) from None
+    if changed:
+        raise BadInput(
+            f"{path}: {changed[0]} was {begun.get(changed[0], 'not noted')} when this folder was begun, is "
+            f"{plan.get(changed[0], 'no setting')} now; give another folder, or remove this one"
+        )

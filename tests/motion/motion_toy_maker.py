@@ -2,11 +2,13 @@
 
 import os
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from sim1.quota import Row, Ticket
+from sim1.crew import finished, labour
+from sim1.quota import Quota, Row, Ticket
 from sim1.stage import BadInput, random_stream
 
 
@@ -31,3 +33,9 @@ class ToyMaker:
             time.sleep(self.seconds)
             (folder / "episode.json").write_text("{}")
         return {"ran": ran, "success": ran and success, "episode": ticket.name}
+
+
+def command(root: Path, quotas: Sequence[Quota], log: Path, seconds: float) -> None:
+    """What a whole command does in a folder."""
+    labour(root, quotas, ToyMaker(log, seconds))
+    finished(root)

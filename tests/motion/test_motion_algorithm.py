@@ -1,6 +1,7 @@
 """Attempts until enough pass the filters, in a folder that knows what it was begun with."""
 
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -89,6 +90,27 @@ def test_a_folder_that_was_begun_with_something_else_is_refused_and_kept(begun, 
         begun(**changed)
     assert (tmp_path / "out" / "plan.json").read_text() == before
     assert json.loads(before)["garment"] == "towel"
+
+
+def test_of_two_that_begin_a_folder_at_once_the_later_is_held_to_what_the_first_noted(begun, tmp_path, monkeypatch):
+    link = Path.hardlink_to
+
+    def beaten(path, part):
+        path.write_text(json.dumps(json.loads(part.read_text()) | {"setting.seed": 9}))
+        return link(path, part)
+
+    monkeypatch.setattr(Path, "hardlink_to", beaten)
+    with pytest.raises(BadInput, match=r"setting\.seed was 9"):
+        begun()
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["plan.json"]
+
+
+@pytest.mark.parametrize("damaged", ["", '{"garment": "to', "[]", "3"])
+def test_a_damaged_plan_is_named_with_what_to_do(begun, tmp_path, damaged):
+    begun()
+    (tmp_path / "out" / "plan.json").write_text(damaged)
+    with pytest.raises(BadInput, match=r"plan\.json: not readable.*another folder, or remove"):
+        begun()
 
 
 def test_a_folder_of_code_that_did_not_note_its_version_is_refused(begun, tmp_path):

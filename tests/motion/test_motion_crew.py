@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from motion_toy_maker import ToyMaker
+from motion_toy_maker import ToyMaker, command
 
 from sim1.crew import CrewDied, Shop, finished, labour, labour_together
+from sim1.lock import Taken, exclusive
 from sim1.quota import Quota, Ticket, open_tickets
 from sim1.stage import BadInput
 
@@ -87,6 +88,46 @@ def test_a_larger_target_goes_on_and_a_smaller_one_loses_nothing(tmp_path, alone
     assert content(root) == grown
 
 
+def test_commands_with_different_targets_share_a_folder_and_none_destroys_the_work_of_another(tmp_path):
+    root, log, alone = tmp_path / "shared", tmp_path / "log", tmp_path / "alone"
+    small, large = ((Quota(**{**MEANT.__dict__, "run_count": 1, "target": target}),) for target in (1, 8))
+    context = multiprocessing.get_context("spawn")
+    crew = [context.Process(target=command, args=(root, quotas, log, 0.15)) for quotas in (small, large, small, large)]
+    for process in crew:
+        process.start()
+    for process in crew:
+        process.join()
+    assert [process.exitcode for process in crew] == [0] * 4
+    command(alone, large, tmp_path / "alone.log", 0.0)
+    assert content(root) == content(alone)
+    assert sorted(line.split()[1] for line in log.read_text().splitlines()) == sorted(
+        path.stem for path in (root / "attempts").iterdir()
+    )
+
+
+def test_only_the_last_who_works_in_a_folder_tidies_it_up(tmp_path):
+    shop = Shop(root=tmp_path)
+    with shop.at_work():
+        (shop.work / "0003").mkdir()  # half made
+        finished(tmp_path)
+        assert (shop.work / "0003").exists()
+    finished(tmp_path)
+    assert not shop.work.exists()
+
+
+def test_processes_conclude_one_after_the_other(tmp_path):
+    """So who concludes last does it of all that is made."""
+    heard = []
+
+    def conclude(rows):
+        with pytest.raises(Taken), exclusive(tmp_path / "work" / "conclusion"):
+            pass
+        heard.append(len(rows))
+
+    labour(tmp_path, QUOTAS, ToyMaker(tmp_path / "log"))
+    assert len(finished(tmp_path, conclude)) == heard[0] > 0
+
+
 def test_rows_come_in_the_order_of_their_numbers_also_beyond_four_digits(tmp_path):
     (tmp_path / "attempts").mkdir()
     names = ["0002", "9999", "10000", "perturbed_0001"]
@@ -151,8 +192,6 @@ def test_whatever_order_attempts_finish_in_none_is_made_in_vain(outcomes, order,
 
 
 def test_a_held_attempt_is_left_to_its_holder(tmp_path):
-    from sim1.lock import Taken, exclusive
-
     shop, ticket = Shop(root=tmp_path), Ticket(series="", number=0)
     with exclusive(tmp_path / "work" / "0000.lock"), pytest.raises(Taken):
         shop.make(ticket, ToyMaker(tmp_path / "log"))
