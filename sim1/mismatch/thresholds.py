@@ -66,7 +66,7 @@ class Thresholds:
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
     left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
-    significance: float = 0.01  # of the test that a named effect's strength is not nothing
+    significance: float = 0.05  # of the test that a named effect's strength is not nothing; Student's quantile is long where recordings are few
     steady: float = 4.0  # times that a named effect's evidence may count the same error,
     unsteady: float = 0.3  # unless it differs by no larger a share of itself from second to second
     nulls: int = 0  # bundles with nothing missing that the first eight rest on

@@ -8,13 +8,15 @@ from sim1.recording.problems import Problems
 
 FEWEST_RECORDINGS = 2
 SHORTEST_MOTION_S = 0.2
+FEWEST_SEEN = 3  # markers in one frame: fewer leave where the sheet is, and how it turns, open
+LEAST_SHARE = 0.1  # of the frames of the motion that show as many
 
 
 def require_for_diagnosis(bundle: Bundle) -> None:
     """Check that the bundle has motion to fit and motion to hold out.
 
     Raises:
-        BadInput: one recording only, nothing moves, markers that end before the motion, a marker that was never seen.
+        BadInput: one recording only, nothing moves, markers that end before the motion or are hidden during it, a marker that was never seen.
     """
     problems = Problems()
     names = [recording.name for recording in bundle.recordings]
@@ -29,10 +31,21 @@ def require_for_diagnosis(bundle: Bundle) -> None:
             problems.found.append(
                 f"{place}/drives.parquet: no drive moves by 1 mm and no hold changes; move the cloth, or drop the recording"
             )
-        elif np.isfinite(start) and recording.time_s[-1] < start + SHORTEST_MOTION_S:
+            continue
+        if not np.isfinite(start):  # it starts as it is, and is not driven
+            start = recording.time_s[0]
+        moving = recording.time_s >= start
+        enough = recording.seen[moving].sum(1) >= min(FEWEST_SEEN, len(bundle.anchors.marker))
+        share = enough.mean() if enough.size else 0.0
+        if recording.time_s[-1] < start + SHORTEST_MOTION_S:
             problems.found.append(
                 f"{place}/markers.parquet: markers end at {recording.time_s[-1]:.3f} s and the motion starts at {start:.3f} s; "
                 "this is a bundle for prediction alone: give the markers of the motion too"
+            )
+        elif share < LEAST_SHARE:  # what nobody saw would else be called nothing
+            problems.found.append(
+                f"{place}/markers.parquet: of the {moving.sum()} frames from {start:.3f} s on, where the motion starts, {100 * share:.0f} % show {FEWEST_SEEN} markers or "
+                f"more, and {100 * LEAST_SHARE:.0f} % are needed: correct the column visible, or drop the recording"
             )
     seen = np.any([recording.seen.any(0) for recording in bundle.recordings], axis=0)
     if not seen.all():

@@ -52,6 +52,15 @@ def _back(table):
     table.loc[table["time_s"] > 1.0, "time_s"] -= 0.5
 
 
+def _hidden_from(time_s):
+    def do(table):
+        late = table["time_s"] >= time_s
+        table.loc[late, "visible"] = False
+        table.loc[late, ["x_m", "y_m", "z_m"]] = np.nan
+
+    return do
+
+
 WRONG = {
     "a missing stream": (lambda folder: (folder / MARKERS).unlink(), ("swing_1/markers.parquet", "missing stream; expected")),
     "clocks that cross": (_table(MARKERS, _back), ("swing_1/markers.parquet", "row 976: the clock runs back")),
@@ -60,6 +69,7 @@ WRONG = {
     "millimetres": (_table(MARKERS, _millimetres), ("swing_1/markers.parquet", "millimetres")),
     "one recording only": (_one_recording, ("bundle.yaml", "record the cloth once more")),
     "nothing seen": (_table(MARKERS, lambda t: t.__setitem__("visible", False)), ("swing_1/markers.parquet", "no marker is visible")),
+    "hidden while it moves": (_table(MARKERS, _hidden_from(0.55)), ("swing_1/markers.parquet", "0 % show 3 markers or more")),
     "NaN": (_table(MARKERS, _set(200, "x_m", np.nan)), ("swing_1/markers.parquet", "row 200")),
     "a drive that jumps": (_table(DRIVES, _jump), ("swing_1/drives.parquet", "row 80.*jumps")),
 }  # fmt: skip
