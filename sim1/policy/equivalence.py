@@ -5,7 +5,7 @@ ones says which number m reaches it as well, and the ratio is m / n. Beyond the 
 than" or "less than".
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from sim1.statistics import Interval
 
 MIN_SIZES = 3  # of generated trajectories: a line with two parameters through fewer would be a drawing
 RESAMPLES = 500
+HALF = 0.5  # trials of each outcome that are added to every count (Haldane 1956, Anscombe 1956)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +32,7 @@ class Worth:
     ratio: float  # clipped to the sizes that were tried
     bound: str | None  # "more than", "less than": the curve meets that value beyond the sizes that were tried
     interval: Interval | None  # 95 %, bootstrap; its ends stop at the sizes that were tried
+    beyond: tuple[bool, bool]  # whether the lower, the upper end of it lies beyond them
 
 
 def worth(lessons: Mapping[str, Any], open_loop: pd.DataFrame, trials: pd.DataFrame, seed: int) -> list[Worth | str]:
@@ -64,11 +66,14 @@ def by_error(errors: pd.DataFrame, seed: int) -> Worth | str:
         slope, offset = np.polyfit(np.log(sizes), np.log(table[GENERATED].to_numpy()[pick].mean(axis=0)), 1)
         return level, _crossing(np.log(level), slope, offset, sizes.min(), rises=False)
 
-    return _worth(figure, None, real, sizes, measure, len(table), random_stream(seed, "worth", "error"))
+    return _worth(figure, None, real, sizes, measure, [np.arange(len(table))], random_stream(seed, "worth", "error"))
 
 
 def by_success(trials: pd.DataFrame, shift: str, seed: int) -> Worth | str:
-    """From successes of both kinds of policies from the same placements; those are resampled with all models that met them."""
+    """From successes of both kinds of policies from the same placements; networks are resampled, and of each its placements.
+
+    Trials of one network succeed or fail together, more or less: as if independent, intervals would come out too narrow.
+    """
     figure = f"success, {shift}"
     if missing := _missing(trials):
         return f"{figure}: {missing}"
@@ -83,13 +88,16 @@ def by_success(trials: pd.DataFrame, shift: str, seed: int) -> Worth | str:
         return f"{figure}: {share} of the trials after {real} real demonstrations succeeded; what equals that is not a number"
 
     def measure(pick: np.ndarray) -> tuple[float, float]:
-        level = float(real_wins[pick].sum() / real_tries[pick].sum())
+        real_won, real_of = real_wins[pick].sum(), real_tries[pick].sum()
         won, of = wins[pick].sum(axis=0), tries[pick].sum(axis=0)
         slope, offset = _logistic(np.log(sizes), won, of)
-        share = np.clip(level, 1e-3, 1 - 1e-3)
-        return level, _crossing(float(np.log(share / (1 - share))), slope, offset, sizes.min(), rises=True)
+        odds = (real_won + HALF) / (
+            real_of - real_won + HALF
+        )  # as the curve has it, else equals would not be worth the same
+        return float(real_won / real_of), _crossing(float(np.log(odds)), slope, offset, sizes.min(), rises=True)
 
-    return _worth(figure, shift, real, sizes, measure, len(counts), random_stream(seed, "worth", shift))
+    networks = list(counts.groupby("seed").indices.values())
+    return _worth(figure, shift, real, sizes, measure, networks, random_stream(seed, "worth", shift))
 
 
 def _missing(rows: pd.DataFrame) -> str | None:
@@ -113,13 +121,10 @@ def _crossing(level: float, slope: float, offset: float, smallest: float, *, ris
 
 
 def _logistic(x: np.ndarray, wins: np.ndarray, of: np.ndarray) -> tuple[float, float]:
-    """Slope and offset of log odds over x; half a trial of each outcome is added at every size, so that all-or-nothing stays finite.
-
-    Source of the half: Haldane 1956, Anscombe 1956.
-    """
+    """Slope and offset of log odds over x; half a trial of each outcome is added at every size, so that all-or-nothing stays finite."""
     from sklearn.linear_model import LogisticRegression  # takes a second, which who only reads results need not wait
 
-    wins, losses = wins + 0.5, of - wins + 0.5
+    wins, losses = wins + HALF, of - wins + HALF
     model = LogisticRegression(C=np.inf)
     model.fit(
         np.concatenate([x, x])[:, None],
@@ -135,13 +140,16 @@ def _worth(
     real: int,
     sizes: np.ndarray,
     measure: Callable[[np.ndarray], tuple[float, float]],
-    count: int,
+    clusters: Sequence[np.ndarray],
     rng: np.random.Generator,
 ) -> Worth:
+    """`clusters`: rows that may hang together; they are resampled, then the rows in each."""
+    count = sum(map(len, clusters))
     level, size = measure(np.arange(count))
     low, high = sizes.min(), sizes.max()
-    again = [measure(pick)[1] for pick in rng.integers(count, size=(RESAMPLES, count))]
-    ends = np.quantile(np.clip(again, low, high), [0.025, 0.975]) / real
+    again = [measure(_resampled(clusters, rng))[1] for _ in range(RESAMPLES)]
+    ends = np.quantile(again, [0.025, 0.975], method="nearest")  # never between a number and infinity
+    beyond = bool(ends[0] <= low), bool(ends[1] >= high)
     bound = "more than" if size > high else "less than" if size < low else None
     return Worth(
         figure=figure,
@@ -150,5 +158,11 @@ def _worth(
         real_value=level,
         ratio=float(np.clip(size, low, high) / real),
         bound=bound,
-        interval=Interval(*map(float, ends)) if count > 1 else None,
+        interval=Interval(*map(float, np.clip(ends, low, high) / real)) if count > 1 else None,
+        beyond=beyond,
     )
+
+
+def _resampled(clusters: Sequence[np.ndarray], rng: np.random.Generator) -> np.ndarray:
+    drawn = [clusters[place] for place in rng.integers(len(clusters), size=len(clusters))]
+    return np.concatenate([rng.choice(rows, size=len(rows)) for rows in drawn])

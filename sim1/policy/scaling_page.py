@@ -182,7 +182,16 @@ def _worth(one: Worth, shift: str | None) -> dict[str, object]:
         "By": one.figure,
         RATIO: f"{one.bound + ' ' if one.bound else ''}{one.ratio:.3g}",
         PAPER_RATIO: paper.WORTH.get(shift) if shift else None,
-        "95 % interval, here": "–" if one.interval is None else "{:.3g} to {:.3g}".format(*one.interval),
+        "95 % interval, here": _ends(one),
         "Real demonstrations": one.real_size,
         "They reach": f"{unit:.3g}{' %' if one.shift else '°'}",
     }
+
+
+def _ends(one: Worth) -> str:
+    """The interval; an end beyond the sizes that were tried is a bound."""
+    if one.interval is None:
+        return "–"
+    low, high = (f"{end:.3g}" for end in one.interval)
+    below, above = one.beyond
+    return f"{'at most ' if below else ''}{low} to {'at least ' if above else ''}{high}"

@@ -26,8 +26,9 @@ def shift_section(points: Sequence[Point]) -> Section:
             "Success in percent at the largest number of trajectories that drove, with 95 % Wilson intervals and counts. "
             "Texture: here friction alone, as the policy that drives sees no pictures; for the same reason lighting and viewpoint are not run (those of the "
             "policy that sees pictures: section “Image policy in the closed loop”, stage image_trials). "
-            "Average: here over all trials that were run. Generated minus real: percentage points with Newcombe's 95 % interval, trials taken "
-            "as independent.",
+            "Average: here over all trials that were run. Generated minus real: percentage points with Newcombe's 95 % interval. All these intervals take "
+            "trials as independent, those of one network too, and are too narrow where networks differ; all networks of a size learnt from the same "
+            "trajectories, and what others would teach is in no interval.",
             f"{paper.MEANT} Its generated trajectories: the last line of its ablation table. Its demonstrations, in the simulator by "
             "teleoperation and real ones by hand, 200 each: the text gives averages, and does not say over which shifts.",
         ],

@@ -33,9 +33,9 @@ class GarmentSplit:
 def split_garment(trajectories: Sequence[Trajectory], test_share: float, rng: np.random.Generator) -> GarmentSplit:
     """Hold out every trajectory that uses one of some source demonstrations.
 
-    Generated motion mixes segments of several demonstrations, so test trajectories may share other sources with
-    training; nothing of the held-out ones is in training. There are as many of these as bring the share of the trajectories
-    near to `test_share`. Where no source leaves both sides filled, single trajectories are held out (kind "trajectory");
+    Generated motion mixes segments of several demonstrations, so test trajectories may share other sources with training; no
+    interaction of the held-out ones is in training, but the motion model that joins all of them, and the filters that let them pass,
+    may have learnt from any. There are as many of these as bring the share of the trajectories near to `test_share`. Where no source leaves both sides filled, single trajectories are held out (kind "trajectory");
     a lone trajectory trains and nothing is tested (kind "none").
     """
     if len(trajectories) < 2:

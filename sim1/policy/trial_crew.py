@@ -100,7 +100,7 @@ def make_trials(
     def count(rows: dict[str, Row]) -> None:
         report(len(rows), len(trials), f"{len(rows)} of {len(trials)} trials")
 
-    labour_together(root, _quotas(trials), prepare, processes or os.cpu_count() or 1, count, foreseen)
+    labour_together(root, _quotas(trials), prepare, processes or os.process_cpu_count() or 1, count, foreseen)
     rows = {_name(row): {key: value for key, value in row.items() if key != "ran"} for row in finished(root)}
     return [rows[trial.name] for trial in trials], [root / "episodes" / trial.name / STRIP for trial in trials]
 

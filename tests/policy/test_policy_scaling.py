@@ -130,11 +130,30 @@ def test_a_real_demonstration_is_worth_the_generated_ones_that_succeed_as_often(
     assert found.interval.low < 4.0 < found.interval.high
 
 
-def test_trials_of_the_same_number_and_of_another_seed_are_other_placements():
-    wins = {(GENERATED, 2): (0, 6), (GENERATED, 8): (4, 14), (GENERATED, 32): (12, 20), (REAL, 2): (12, 6)}
+def test_trials_of_one_network_hang_together_and_those_of_several_are_resampled_network_by_network():
+    """One network that nearly always folds and one that nearly never does say less than forty trials of one that folds half the time."""
+    wins = {(GENERATED, 2): (0, 6), (GENERATED, 8): (4, 14), (GENERATED, 32): (12, 20), (REAL, 2): (2, 16)}
     both = pd.concat([trials(*kind, some[seed], seed=seed) for kind, some in wins.items() for seed in (0, 1)])
-    renumbered = both.assign(trial=both["trial"] + 20 * both["seed"], seed=0)
-    assert by_success(both, "spatial", seed=0) == by_success(renumbered, "spatial", seed=0)
+    alone = both.assign(trial=both["trial"] + 20 * both["seed"], seed=0)
+    apart, together = by_success(both, "spatial", seed=0), by_success(alone, "spatial", seed=0)
+    assert apart.ratio == together.ratio
+    assert apart.interval != together.interval
+
+
+def test_real_demonstrations_with_the_outcomes_of_as_many_generated_ones_are_worth_these():
+    """Also where nearly all trials succeed, and half a trial more of either outcome weighs: log odds of these lie on a line."""
+    wins = {8: 1, 16: 10, 32: 19}
+    curve = pd.concat([trials(GENERATED, size, won) for size, won in wins.items()])
+    for size, won in wins.items():
+        twin = by_success(pd.concat([curve, trials(REAL, size, won)]), "spatial", seed=0)
+        assert twin.ratio == pytest.approx(1.0, rel=1e-3)
+
+
+def test_an_interval_that_ends_beyond_the_sizes_that_were_tried_says_so():
+    curve = pd.concat([trials(GENERATED, size, wins) for size, wins in ((2, 2), (8, 10), (32, 18))])
+    high = by_success(pd.concat([curve, trials(REAL, 2, 18)]), "spatial", seed=0)
+    middle = by_success(pd.concat([curve, trials(REAL, 2, 10)]), "spatial", seed=0)
+    assert (high.beyond, middle.beyond) == ((False, True), (False, False))
 
 
 @pytest.mark.parametrize("wins", [0, 20])

@@ -35,7 +35,7 @@ def save_checkpoint(
 def load_checkpoint(
     folder: Path, policy: PreTrainedPolicy, optimizer: Optimizer, scheduler: LRScheduler | None
 ) -> list[float]:
-    """Put everything back as it was; the losses so far, one per step. None where nothing was kept.
+    """Put everything back as it was; the losses so far, one per step: an empty list where nothing was kept.
 
     Raises:
         BadInput: what was kept is damaged.

@@ -54,7 +54,7 @@ class Plan:
 
     @property
     def processes(self) -> int:
-        return self.config.processes or os.cpu_count() or 1
+        return self.config.processes or os.process_cpu_count() or 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +101,7 @@ class Driver:
                 self._cameras.popitem()[1].close()
             inputs, config = self.plan.inputs, self.plan.wardrobes[garment].config
             film_set = FilmSet.of(inputs["garment_mesh"][garment], inputs["scene"][garment], config.cameras)
-            threads = max(1, (os.cpu_count() or 1) // self.plan.processes)
+            threads = max(1, (os.process_cpu_count() or 1) // self.plan.processes)
             self._cameras[garment] = LiveCamera(film_set, replace(config, threads=threads), self.plan.files)
         return self._cameras[garment]
 
