@@ -1,14 +1,15 @@
 """`proof.json`, schema `sim1.proof/1`: all that a campaign has shown so far. It tells of diagnosed cases alone: what comes stays concealed."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
 import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
+from sim1.proof.draw import Case
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.methods import Method, methods_of
-from sim1.proof.score import OtherCode, Outcome, score
+from sim1.proof.score import OtherCode, Outcome, is_right, score
 from sim1.proof.seal import Commitment, check_committed, read_commitments
 from sim1.proof.totals import Confusion, Totals, confusion_of, totals_of
 from sim1.stage import BadInput
@@ -45,13 +46,14 @@ class Proof(Strict):
 def judge(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
     """Score a case whose answers are still those that were committed to; of any other, say why not.
 
-    A case whose answers are not here stays as it was scored where they were: `outcomes/` goes with a campaign from machine to machine.
+    A case whose answers are not here stays as it was scored where they were, if that fits what was drawn and committed to: `outcomes/`
+    goes with a campaign from machine to machine.
 
     Raises:
         OtherCode: the case was diagnosed by code that wrote other files; nothing is changed.
     """
     if files.carried(record.case):
-        return read_json(files.outcome(record.case), Outcome, "bring it again, or remove it and the case's record")
+        return _carried(files, drawn, record.case)
     judged = _scored(files, drawn, record)
     if isinstance(judged, Outcome):
         write_whole(files.outcome(record.case), judged)
@@ -63,7 +65,7 @@ def judge(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
 def _scored(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
     if record.step != "diagnose":
         return NotScored(case=record.case, why=f"{record.step}: {record.error}")
-    asked = dict(zip(case_names(len(drawn.cases)), drawn.cases, strict=True))[record.case]
+    asked = _asked(drawn, record.case)
     try:
         answers = files.answers(record.case)
         check_committed(files.root, record.case, [answers, answers.with_suffix(".npz")])
@@ -72,6 +74,31 @@ def _scored(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
         raise
     except BadInput as error:
         return NotScored(case=record.case, why=str(error))
+
+
+def _carried(files: Files, drawn: Drawn, case: str) -> Outcome | NotScored:
+    """What a stored outcome says, held to the list and to the commitments; its figures cannot be taken again without the answers."""
+    path, asked = files.outcome(case), _asked(drawn, case)
+    stored = read_json(path, Outcome, "bring it again, or remove it and the case's record")
+    if (stored.case, sorted(stored.concealed), stored.seed) != (case, sorted(asked.effects), asked.seed):
+        why = f"is of {stored.case}, {_of(stored.concealed, stored.seed)}; drawn was {_of(asked.effects, asked.seed)}"
+    elif not any(line.of == case for line in read_commitments(files.root)):
+        why = "has no line in commitments.jsonl: nobody committed to its answers"
+    elif stored.right != is_right(stored.kind, tuple(stored.concealed), stored.verdict, stored.named):
+        why = f"says right: {stored.right} of verdict {stored.verdict} {'+'.join(stored.named)}, which does not follow"
+    else:
+        return stored
+    return NotScored(
+        case=case, why=f"{path}: {why}; bring the outcome and the commitments of the machine that scored it"
+    )
+
+
+def _of(effects: Iterable[str], seed: int) -> str:
+    return f"{'+'.join(sorted(effects)) or 'nothing'}, seed {seed}"
+
+
+def _asked(drawn: Drawn, case: str) -> Case:
+    return dict(zip(case_names(len(drawn.cases)), drawn.cases, strict=True))[case]
 
 
 def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequence[Outcome | NotScored]) -> Proof:

@@ -1,6 +1,7 @@
 """A campaign with a laboratory and a diagnosis of a few lines: order, blindness, resumption, failures."""
 
 import json
+import re
 import shutil
 import signal
 import subprocess
@@ -202,6 +203,35 @@ def test_a_campaign_goes_on_elsewhere_with_its_small_files_alone(tmp_path):
     assert [one.right for one in proof.outcomes] == [True, True, True]
     assert "case_001, case_002" in (there / "out" / "proof.html").read_text()
     ask_oracle(Files(there / "out"), proof.outcomes, lambda line: pytest.fail(f"asked without a film: {line}"))
+
+
+CARRIED = {
+    "called right": (lambda folder: swapped(folder / "outcomes/case_001.json", '"right":true', '"right":false'), "does not follow"),
+    "of another seed": (lambda folder: swapped(folder / "outcomes/case_001.json", '"seed":1', '"seed":8'), "drawn was"),
+    "never committed to": (lambda folder: swapped(folder / "commitments.jsonl", '"of":"case_001"', '"of":"case_009"'), "nobody committed"),
+}  # fmt: skip
+
+
+def swapped(path, old, new):
+    """Whatever spaces stand around the colon."""
+    text, count = re.subn(re.escape(old).replace(":", r":\s*"), new, path.read_text())
+    assert count, f"{path} has no {old}: {text}"
+    path.write_text(text)
+
+
+@pytest.mark.parametrize("wrong", CARRIED)
+def test_a_stored_outcome_that_does_not_fit_what_was_drawn_and_committed_to_counts_nowhere(tmp_path, wrong):
+    do, word = CARRIED[wrong]
+    prove(campaign(tmp_path, (DRAG, NULL)))
+    for path in (tmp_path / "out" / "answers").glob("case_*"):
+        path.unlink()
+    assert prove(campaign(tmp_path, ())).carried == ("case_001", "case_002")
+    do(tmp_path / "out")
+    proof = prove(campaign(tmp_path, ()))
+    assert proof.carried == ("case_002",)
+    [left] = proof.not_scored
+    assert left.case == "case_001"
+    assert word in left.why
 
 
 def test_an_interruption_ends_the_diagnosis_and_leaves_no_verdict_of_half_a_search(tmp_path):
