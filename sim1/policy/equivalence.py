@@ -91,9 +91,7 @@ def by_success(trials: pd.DataFrame, shift: str, seed: int) -> Worth | str:
         real_won, real_of = real_wins[pick].sum(), real_tries[pick].sum()
         won, of = wins[pick].sum(axis=0), tries[pick].sum(axis=0)
         slope, offset = _logistic(np.log(sizes), won, of)
-        odds = (real_won + HALF) / (
-            real_of - real_won + HALF
-        )  # as the curve has it, else equals would not be worth the same
+        odds = (real_won + HALF) / (real_of - real_won + HALF)  # as in the curve: equals are worth the same
         return float(real_won / real_of), _crossing(float(np.log(odds)), slope, offset, sizes.min(), rises=True)
 
     networks = list(counts.groupby("seed").indices.values())

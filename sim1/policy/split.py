@@ -35,8 +35,9 @@ def split_garment(trajectories: Sequence[Trajectory], test_share: float, rng: np
 
     Generated motion mixes segments of several demonstrations, so test trajectories may share other sources with training; no
     interaction of the held-out ones is in training, but the motion model that joins all of them, and the filters that let them pass,
-    may have learnt from any. There are as many of these as bring the share of the trajectories near to `test_share`. Where no source leaves both sides filled, single trajectories are held out (kind "trajectory");
-    a lone trajectory trains and nothing is tested (kind "none").
+    may have learnt from any. There are as many of these as bring the share of the trajectories near to `test_share`. Where no source
+    leaves both sides filled, single trajectories are held out (kind "trajectory"); a lone trajectory trains and nothing is tested
+    (kind "none").
     """
     if len(trajectories) < 2:
         return GarmentSplit(train=list(trajectories), test=[], kind="none", held_out_sources=())

@@ -5,11 +5,12 @@ from typing import Literal
 
 import pydantic
 
+from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.strict_json import Strict, read_json
 from sim1.proof.draw import Case
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.methods import Method, methods_of
-from sim1.proof.score import OtherCode, Outcome, is_right, score
+from sim1.proof.score import OtherCode, Outcome, is_right, kind_from, score
 from sim1.proof.seal import Commitment, check_committed, read_commitments
 from sim1.proof.totals import Confusion, Totals, confusion_of, totals_of
 from sim1.stage import BadInput
@@ -84,6 +85,8 @@ def _carried(files: Files, drawn: Drawn, case: str) -> Outcome | NotScored:
         why = f"is of {stored.case}, {_of(stored.concealed, stored.seed)}; drawn was {_of(asked.effects, asked.seed)}"
     elif not any(line.of == case for line in read_commitments(files.root)):
         why = "has no line in commitments.jsonl: nobody committed to its answers"
+    elif stored.kind != (kind := kind_from([name in EFFECTS for name in asked.effects])):
+        why = f"takes what was concealed for {stored.kind}; it is {kind}"
     elif stored.right != is_right(stored.kind, tuple(stored.concealed), stored.verdict, stored.named):
         why = f"says right: {stored.right} of verdict {stored.verdict} {'+'.join(stored.named)}, which does not follow"
     else:

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -190,11 +190,16 @@ def _asked[T: Strict](path: Path, kind: type[T]) -> T | None:
 
 def kind_of(answers: Answers) -> Literal["null", "outside", "several", "single"]:
     """What sort of question it was; one effect outside the table makes it `outside`."""
-    if not answers.effects:
+    return kind_from([effect.named_by_format for effect in answers.effects])
+
+
+def kind_from(in_table: Sequence[bool]) -> Literal["null", "outside", "several", "single"]:
+    """The same from whether each concealed effect is one of the table."""
+    if not in_table:
         return "null"
-    if not all(effect.named_by_format for effect in answers.effects):
+    if not all(in_table):
         return "outside"
-    return "single" if len(answers.effects) == 1 else "several"
+    return "single" if len(in_table) == 1 else "several"
 
 
 def is_right(kind: str, concealed: tuple[str, ...], verdict: str, named: tuple[str, ...]) -> bool:
