@@ -12,6 +12,7 @@ from sim1.cloth.garment import GarmentMesh, face_areas, unique_edges
 from sim1.episode import Episode, episode_folders, read_episode, read_start
 from sim1.progress import track
 from sim1.robot.expert_task import find_keypoints, read_task
+from sim1.stage import BadInput
 from sim1.validity.features import Reference
 
 
@@ -28,7 +29,11 @@ class Example:
 
 
 def read_examples(demos: Path, candidates: Path, what: str) -> Iterator[Example]:
-    """Episodes of both one by one, demonstrations first, with progress on `what`: all of them together fill a memory."""
+    """Episodes of both one by one, demonstrations first, with progress on `what`: all of them together fill a memory.
+
+    Raises:
+        BadInput: an episode is damaged, or a candidate does not say which demonstrations it is made of.
+    """
     folders = [("demo", folder) for folder in episode_folders(demos)]
     folders += [("candidate", folder) for folder in episode_folders(candidates)]
     for kind, folder in track(folders, what):
@@ -37,7 +42,12 @@ def read_examples(demos: Path, candidates: Path, what: str) -> Iterator[Example]
 
 def _example(kind: str, folder: Path) -> Example:
     episode = read_episode(folder)
-    sources = [folder.name] if kind == "demo" else episode.about.get("sources", [])
+    sources = [folder.name] if kind == "demo" else episode.about.get("sources")
+    if not sources or not isinstance(sources, list):
+        raise BadInput(
+            f"{folder}/episode.json: sources is {sources!r}, expected the demonstrations that the candidate is made of; "
+            "make candidate_trajectories again"
+        )
     return Example(
         name=f"{kind}/{folder.name}",
         folder=folder,

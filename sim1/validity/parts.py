@@ -22,33 +22,28 @@ class LabelledClip:
 
 @dataclass(frozen=True, kw_only=True)
 class Parts:
-    """No clip is in two of them, and none that is trained on goes back to a demonstration of the others."""
+    """No clip is in two of them, and no two of them have a demonstration in common."""
 
     train: list[LabelledClip]
     calibration: list[LabelledClip]  # the threshold is chosen on these
     test: list[LabelledClip]  # these have no say in network and threshold
-    apart: bool  # calibration and test have no demonstration in common either
+    left_out: list[LabelledClip]  # made of demonstrations of several parts
 
 
 def split_by_source(clips: Sequence[LabelledClip]) -> Parts:
-    """Deal the demonstrations out, and with them their clips; clips of two held-out parts are left aside.
+    """Deal the demonstrations out, and with them the clips that are made of those of one part alone; others are left out.
 
-    Those with most clips of the rarer outcome come first, to the part that has least of it for its share. Where calibration and
-    test cannot both have both outcomes that way, they share their demonstrations, clip by clip. Where training would lack an
-    outcome, nothing is held out.
+    Demonstrations with most clips of the rarer outcome come first, to the part that has least of it for its share. Where training
+    would lack an outcome, nothing is held out. Calibration or test may lack one: that is for whoever uses them to see.
     """
     home = _dealt(clips)
-    inside = {part: {source for source, where in home.items() if where == part} for part in SHARES}
-    held = [clip for clip in clips if clip.sources - inside["train"]]
-    train = [clip for clip in clips if not clip.sources - inside["train"]]
-    calibration = [clip for clip in held if not clip.sources & inside["test"]]
-    test = [clip for clip in held if not clip.sources & inside["calibration"]]
-    apart = _both(calibration) and _both(test)
-    if not apart:
-        calibration, test = _halves(held)
-    if not _both(train):
-        return Parts(train=list(clips), calibration=[], test=[], apart=False)
-    return Parts(train=train, calibration=calibration, test=test, apart=apart)
+    dealt: dict[str | None, list[LabelledClip]] = {part: [] for part in (*SHARES, None)}
+    for clip in clips:
+        parts = {home[source] for source in clip.sources}
+        dealt[parts.pop() if len(parts) == 1 else None].append(clip)
+    if len({clip.success for clip in dealt["train"]}) < 2:
+        return Parts(train=list(clips), calibration=[], test=[], left_out=[])
+    return Parts(train=dealt["train"], calibration=dealt["calibration"], test=dealt["test"], left_out=dealt[None])
 
 
 def _dealt(clips: Sequence[LabelledClip]) -> dict[str, str]:
@@ -65,13 +60,3 @@ def _dealt(clips: Sequence[LabelledClip]) -> dict[str, str]:
         have[part] += counts[source] + 1e-3 * len(own[source])  # among demonstrations without any, all clips count
         home[source] = part
     return home
-
-
-def _halves(clips: Sequence[LabelledClip]) -> tuple[list[LabelledClip], list[LabelledClip]]:
-    """Every second clip of each outcome."""
-    outcomes = [[clip for clip in clips if clip.success is wanted] for wanted in (True, False)]
-    return [clip for some in outcomes for clip in some[::2]], [clip for some in outcomes for clip in some[1::2]]
-
-
-def _both(clips: Sequence[LabelledClip]) -> bool:
-    return len({clip.success for clip in clips}) == 2

@@ -19,7 +19,7 @@ from sim1.validity.clips import Clip, head_clip, read_clip, sampled
 from sim1.validity.discriminator import VideoDiscriminator
 from sim1.validity.evidence import doubt, figures, outcome, threshold_for
 from sim1.validity.examples import Example, read_examples
-from sim1.validity.parts import LabelledClip, Parts, split_by_source
+from sim1.validity.parts import LabelledClip, split_by_source
 from sim1.validity.pictures import draw_scores
 from sim1.validity.scoring import scores, train_discriminator
 
@@ -73,7 +73,13 @@ def watch(
     if min(good, len(clips) - good) == 0:
         reason = f"one class is missing: {good} successes and {len(clips) - good} failures, nothing to tell apart"
         model = Discriminator(network=None, abstains=True, reason=reason, threshold=0.5, **looks_at)
-        return _written(model, {"clips": counts, "calibration": {}, "test": {}, "scores": []}, [], config, out)
+        return _written(
+            model,
+            {"clips": counts, "calibration": {}, "test": {}, "left_out": _composition([]), "scores": []},
+            [],
+            config,
+            out,
+        )
     parts = split_by_source(clips)
     network, losses = train_discriminator(
         parts.train,
@@ -92,7 +98,7 @@ def watch(
     ]
     calibration = scored(rows, "calibration")
     threshold = threshold_for(*calibration, config.precision)
-    reason = _why_abstain(counts, rows, threshold, config)
+    reason = _why_abstain(counts, rows, threshold, len(parts.left_out), config)
     model = Discriminator(
         network=network,
         abstains=bool(reason),
@@ -102,10 +108,13 @@ def watch(
     )
     metrics = {
         "clips": counts,
-        "train": {"success_count": sum(clip.success for clip in parts.train), "clip_count": len(parts.train)},
+        "train": _composition(parts.train),
         "calibration": figures(*calibration, threshold),
         "test": figures(*scored(rows, "test"), threshold),
-        "demonstrations": _demonstrations(parts),
+        "left_out": _composition(parts.left_out),
+        "demonstrations": {
+            part: sorted(set().union(*(clip.sources for clip in getattr(parts, part)))) for part in PARTS
+        },
         "losses": [round(loss, 5) for loss in losses],
         "scores": rows,
     }
@@ -118,28 +127,35 @@ def scored(rows: list[dict[str, Any]], part: str) -> tuple[np.ndarray, np.ndarra
     return np.array([row["score"] for row in here], float), np.array([row["success"] for row in here], bool)
 
 
-def _demonstrations(parts: Parts) -> dict[str, object]:
-    """Whose clips calibrate and test, and whether these are others."""
-    held = {part: sorted(set().union(*(clip.sources for clip in getattr(parts, part)))) for part in PARTS[1:]}
-    return {**held, "apart": parts.apart}
+def _composition(clips: list[LabelledClip]) -> dict[str, int]:
+    return {"success_count": sum(clip.success for clip in clips), "clip_count": len(clips)}
 
 
 def _why_abstain(
-    counts: dict[str, int], rows: list[dict[str, Any]], threshold: float | None, config: VideoDiscriminatorConfig
+    counts: dict[str, int],
+    rows: list[dict[str, Any]],
+    threshold: float | None,
+    left_out: int,
+    config: VideoDiscriminatorConfig,
 ) -> str:
     if min(counts.values()) < config.minimum_per_class:
         return f"too few clips: {counts['success_count']} successes and {counts['failure_count']} failures, " + (
             f"at least {config.minimum_per_class} of each are needed"
         )
     score, success = scored(rows, "calibration")
+    mixed = f"; {left_out} mix demonstrations of different parts and are left out" if left_out else ""
     if not len(score):
-        return "no demonstration could be held out with both outcomes on both sides: nothing to set a threshold on"
+        return f"no clips could be held out to set a threshold on: training would lack an outcome or a demonstration{mixed}"
     rarer = int(min(success.sum(), (~success).sum()))
     if rarer < config.minimum_held_out:
-        return f"too few clips to set a threshold on: {len(score)}, {rarer} of the rarer outcome, {config.minimum_held_out} are needed"
+        return (
+            f"too few clips to set a threshold on: {len(score)}, {rarer} of the rarer outcome, "
+            f"{config.minimum_held_out} are needed{mixed}"
+        )
     if threshold is None:
         return f"no threshold reaches the wanted precision {config.precision:.2f} on {len(score)} calibration clips"
-    return doubt(outcome(*scored(rows, "test"), threshold), config.precision, config.minimum_held_out)
+    why = doubt(outcome(*scored(rows, "test"), threshold), config.precision, config.minimum_held_out)
+    return f"{why}{mixed}" if why else ""
 
 
 def _labelled(item: Example, mesh: GarmentMesh, scene: Scene, config: VideoDiscriminatorConfig) -> LabelledClip:
@@ -180,6 +196,7 @@ def _written(model: Discriminator, metrics: dict[str, Any], rows: list[dict[str,
     return facts | {
         "calibration_clips": _count(metrics["calibration"]),
         "test_clips": _count(test),
+        "left_out_clips": metrics["left_out"]["clip_count"],
         "test_roc_area": test.get("roc_area", "not measured"),
         "abstains": model.abstains,
         "reason": model.reason or "it decides",

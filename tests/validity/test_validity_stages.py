@@ -173,12 +173,36 @@ def test_the_discriminator_decides_once_clips_of_other_demonstrations_support_it
     assert not metrics["abstains"], metrics["reason"]
     assert metrics["test"]["precision"] >= LEARNS.precision
     who = metrics["demonstrations"]
-    assert who["apart"]
     for part in ("calibration", "test"):
         [demo] = who[part]
         assert f"demo/{demo}" in [row["clip"] for row in metrics["scores"] if row["part"] == part]
-    assert who["calibration"] != who["test"]
+    assert sorted(name for part in who.values() for name in part) == ["0000", "0001", "0002"]
     assert not names(check_video_discriminator(deciding), passed=False)
+
+
+def test_candidates_of_two_steps_that_mix_demonstrations_of_two_parts_are_left_out_and_counted(tmp_path):
+    inputs = make_artifacts(tmp_path, [1.0, 0.98, 0.99], [0.97, 0.25] * 15)
+    for index, folder in enumerate(episode_folders(inputs["candidate_trajectories"]["sheet"])):
+        about = json.loads((folder / "episode.json").read_text())
+        about["sources"] = sorted({f"{index % 3:04d}", f"{index // 3 % 3:04d}"})
+        (folder / "episode.json").write_text(json.dumps(about))
+    facts = run(video_discriminator, inputs, tmp_path / "out", TINY)
+    metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
+    mixed = [f"candidate/{index:04d}" for index in range(30) if index % 3 != index // 3 % 3]
+    assert {row["clip"] for row in metrics["scores"] if row["part"] is None} == set(mixed)
+    assert facts["left_out_clips"] == metrics["left_out"]["clip_count"] == len(mixed)
+    assert f"{len(mixed)} mix demonstrations of different parts and are left out" in metrics["reason"]
+    assert sorted(name for part in metrics["demonstrations"].values() for name in part) == ["0000", "0001", "0002"]
+
+
+def test_a_candidate_that_hides_what_it_is_made_of_is_refused(tmp_path):
+    inputs = make_artifacts(tmp_path, [1.0], [0.97])
+    file = inputs["candidate_trajectories"]["sheet"] / "episodes" / "0000" / "episode.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"sources": []}))
+    with pytest.raises(
+        BadInput, match=r"episodes/0000/episode\.json: sources is \[\], .*make candidate_trajectories again"
+    ):
+        run(state_rules, inputs, tmp_path / "out", StateRulesConfig())
 
 
 def test_a_discriminator_that_decides_against_its_test_clips_is_found(deciding, tmp_path):
