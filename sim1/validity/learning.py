@@ -30,11 +30,11 @@ def learn(demos: Path, candidates: Path, mesh: GarmentMesh, config: StateRulesCo
         BadInput: no example succeeded.
     """
     reference = reference_of(mesh, demos)
-    rows = [
-        {"example": item.name, "success": item.success, "perturbed": item.perturbed}
-        | episode_features(item.episode.garment_m, reference)
-        for item in read_examples(demos, candidates, "particle features")
-    ]
+    rows, sources = [], []
+    for item in read_examples(demos, candidates, "particle features"):
+        about = {"example": item.name, "success": item.success, "perturbed": item.perturbed}
+        rows.append(about | episode_features(item.episode.garment_m, reference))
+        sources.append(item.sources)
     table = pd.DataFrame(rows)
     if table.empty or not table.success.any():
         raise BadInput(f"{demos}: no successful run among {len(table)}; record demonstrations that succeed")
@@ -42,15 +42,19 @@ def learn(demos: Path, candidates: Path, mesh: GarmentMesh, config: StateRulesCo
     features, success = table.drop(columns=list(ABOUT)), table.success.to_numpy(bool)
     write_rules(out / "rules.yaml", _learned(features, success, config))
     rules = read_rules(out / "rules.yaml")
-    kept, left_out = admissible(rules, features), _left_out(features, success, config)
+    kept = admissible(rules, features)
+    judged, admitted = _left_out(features, success, sources, config)
     record = {
         "recall_floor": config.recall_floor,
         "method": rules.method,
         "reason": rules.reason,
         "successes_admitted": describe_share(int(kept[success].sum()), int(success.sum())),
         "failures_rejected": describe_share(int((~kept[~success]).sum()), int((~success).sum())),
-        "successes_admitted_left_out": describe_share(int(left_out[success].sum()), int(success.sum())),
-        "failures_rejected_left_out": describe_share(int((~left_out[~success]).sum()), int((~success).sum())),
+        "successes_admitted_left_out": describe_share(int(admitted[success].sum()), int(judged[success].sum())),
+        "failures_rejected_left_out": describe_share(
+            int((judged & ~admitted)[~success].sum()), int(judged[~success].sum())
+        ),
+        "not_judged_left_out": int((~judged).sum()),
     }
     (out / "training.json").write_text(json.dumps(record, indent=1, sort_keys=True) + "\n")
     draw_rules(out / "rules.png", rules, table)
@@ -68,12 +72,21 @@ def _learned(features: pd.DataFrame, success: np.ndarray, config: StateRulesConf
     )
 
 
-def _left_out(features: pd.DataFrame, success: np.ndarray, config: StateRulesConfig) -> np.ndarray:
-    """(n,) bool: whether rules learned from all other examples admit each one."""
-    result = np.zeros(len(success), bool)
-    for index in range(len(success)):
-        others = np.arange(len(success)) != index
+def _left_out(
+    features: pd.DataFrame, success: np.ndarray, sources: list[frozenset[str]], config: StateRulesConfig
+) -> tuple[np.ndarray, np.ndarray]:
+    """Whether rules could be learned from the examples that share no demonstration with each one, and whether they admit it.
+
+    Generated motion repeats the demonstrations that it is made of: rules that saw one of its kin know it already.
+
+    Returns:
+        (n,) bool, False where no other example succeeded; (n,) bool.
+    """
+    judged, admitted = np.zeros(len(success), bool), np.zeros(len(success), bool)
+    for left_out in set(sources):
+        others = np.array([left_out.isdisjoint(some) for some in sources])
         if success[others].any():
-            rules = _learned(features[others], success[others], config)
-            result[index] = admissible(rules, features.iloc[[index]])[0]
-    return result
+            here = np.array([some == left_out for some in sources])
+            judged |= here
+            admitted[here] = admissible(_learned(features[others], success[others], config), features[here])
+    return judged, admitted

@@ -13,6 +13,7 @@ import sim1.validity.watching
 from sim1.episode import episode_folders, read_episode
 from sim1.stage import BadInput
 from sim1.validity.deciding import compared_filters
+from sim1.validity.rules import admissible, learn_rules
 from sim1.validity.stage import (
     StateRulesConfig,
     ValidTrajectoriesConfig,
@@ -57,6 +58,37 @@ def test_rules_admit_the_successes_and_reject_the_half_fold(world):
     record = json.loads((root / "state_rules" / "training.json").read_text())
     assert record["method"] == "intervals"
     assert record["failures_rejected"].startswith("1 of 1")
+
+
+def test_left_out_figures_leave_out_a_demonstration_with_all_that_descends_from_it(tmp_path):
+    """What descends from 0002 folds by 0.92, unlike all else: only rules that saw its kin admit it."""
+    inputs = make_artifacts(tmp_path, [1.0, 0.99, 0.92], [1.0, 0.99, 0.92] * 2)
+    run(state_rules, inputs, tmp_path / "out", StateRulesConfig(margin=0.0, recall_floor=1.0))
+    features = pd.read_parquet(tmp_path / "out" / "features.parquet").set_index("example")
+    kin = ["demo/0002", "candidate/0002", "candidate/0005"]
+    assert features.loc[kin, "success"].all()
+    record = json.loads((tmp_path / "out" / "training.json").read_text())
+    config = StateRulesConfig(margin=0.0, recall_floor=1.0)
+    plain = features.drop(columns=["success", "perturbed"])
+    admitted = 0
+    for source in range(3):
+        own = [f"demo/{source:04d}", f"candidate/{source:04d}", f"candidate/{source + 3:04d}"]
+        others = plain.drop(own)
+        rules = learn_rules(
+            others, np.ones(len(others), bool), depth=config.depth, recall_floor=1.0, margin=0.0, minimum_per_class=8
+        )
+        admitted += int(admissible(rules, plain.loc[own]).sum())
+    assert record["successes_admitted_left_out"].startswith(f"{admitted} of 9")
+    assert admitted <= 6
+
+
+def test_what_nothing_succeeded_without_is_not_judged_rather_than_rejected(tmp_path):
+    """All that succeeds descends from the one demonstration, as at the size `quick`."""
+    inputs = make_artifacts(tmp_path, [1.0], [1.0, 0.97, 0.45])
+    run(state_rules, inputs, tmp_path / "out", StateRulesConfig())
+    record = json.loads((tmp_path / "out" / "training.json").read_text())
+    assert record["successes_admitted_left_out"] == record["failures_rejected_left_out"] == "none tried"
+    assert record["not_judged_left_out"] == 4
 
 
 def test_the_discriminator_abstains_with_too_few_failures_and_says_so(world):
