@@ -15,7 +15,7 @@ from sim1.motion.model import MotionModel, sliced, transition, write_model
 from sim1.motion.pictures import draw_samples, draw_training
 from sim1.motion.pool import read_pool
 from sim1.motion.poses import TOKEN_SIZE, ToolPath
-from sim1.motion.training import Trained, train
+from sim1.motion.training import PROBE_COUNT, Trained, train
 from sim1.motion.transitions import Transition, bank_of, residual_scale, transitions_of
 from sim1.stage import BadInput, Facts, random_stream
 
@@ -68,7 +68,7 @@ def _train(transitions: list[Transition], config: MotionModelConfig, rng: np.ran
     scale = residual_scale(bank.residual)
     trained = train(
         bank,
-        bank_of(held_out, 128, *sizes) if held_out else None,
+        bank_of(held_out, PROBE_COUNT, *sizes) if held_out else None,
         scale,
         width=config.width,
         layer_count=config.layer_count,
@@ -100,6 +100,8 @@ def _training_record(trained: Trained | None, out: Path) -> dict[str, object]:
         "loss_trivial": trained.trivial_loss,
         "held_out_loss": trained.held_out_loss,
         "held_out_trivial": trained.held_out_trivial,
+        "from_noise_loss": trained.from_noise_loss,
+        "from_noise_trivial": trained.from_noise_trivial,
     }
 
 

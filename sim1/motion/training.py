@@ -6,12 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from torch import Tensor
+from torch.nn import Module
 
 from sim1.motion.network import MotionTransformer, inner_mask, signal_and_noise
 from sim1.motion.transitions import Bank, principal_shapes
 from sim1.progress import track
 
 EMA_DECAY = 0.99
+PROBE_COUNT = 128  # examples on which the trained network is measured
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +25,10 @@ class Trained:
     trivial_loss: float  # of predicting the interpolant alone, on the training examples
     held_out_loss: float | None
     held_out_trivial: float | None  # of predicting the interpolant alone
+    from_noise_loss: float  # of examples in which nothing is left but noise, held-out ones where there are any
+    from_noise_trivial: (
+        float  # of predicting the interpolant, or the mean residual of the training, whichever is better
+    )
 
 
 def train(
@@ -54,19 +60,18 @@ def train(
             for slow, fast in zip(average.parameters(), network.parameters(), strict=True):
                 slow.lerp_(fast, 1 - decay)
     average.eval()
-    loss = trivial = None
-    if held_out is not None:
-        other = tensors(held_out, scale)
-        with torch.no_grad():
-            loss = float(denoising_loss(average, other, noise))
-        trivial = float((other[0][:, 1:-1] ** 2).mean())
-    return Trained(
-        network=average,
-        losses=losses,
-        trivial_loss=float((data[0][:, 1:-1] ** 2).mean()),
-        held_out_loss=loss,
-        held_out_trivial=trivial,
-    )
+    other = None if held_out is None else tensors(held_out, scale)
+    probe = other or [part[:PROBE_COUNT] for part in data]
+    with torch.no_grad():
+        return Trained(
+            network=average,
+            losses=losses,
+            trivial_loss=float(squared_error(torch.zeros_like(data[0]), data[0])),
+            held_out_loss=None if other is None else float(denoising_loss(average, other, noise)),
+            held_out_trivial=None if other is None else float(squared_error(torch.zeros_like(other[0]), other[0])),
+            from_noise_loss=float(loss_from_noise(average, probe, noise)),
+            from_noise_trivial=trivial_from_noise(data[0], probe[0]),
+        )
 
 
 def tensors(bank: Bank, scale: np.ndarray) -> list[Tensor]:
@@ -75,14 +80,36 @@ def tensors(bank: Bank, scale: np.ndarray) -> list[Tensor]:
     return [torch.as_tensor(part, dtype=torch.float32) for part in parts]
 
 
-def denoising_loss(network: MotionTransformer, batch: list[Tensor], noise: torch.Generator) -> Tensor:
+def denoising_loss(network: Module, batch: list[Tensor], noise: torch.Generator) -> Tensor:
     """Mean squared error over inner tokens; half of the batch shares one noise level, half has one per token."""
-    clean, *context = batch
-    count, token_count = clean.shape[:2]
+    count, token_count = batch[0].shape[:2]
     level = torch.rand(count, token_count, generator=noise)
     shared = torch.arange(count) < count // 2
-    level = torch.where(shared[:, None], level[:, :1], level) * inner_mask(token_count)[:, 0]
+    return _loss_at(network, batch, torch.where(shared[:, None], level[:, :1], level), noise)
+
+
+def loss_from_noise(network: Module, batch: list[Tensor], noise: torch.Generator) -> Tensor:
+    """The same error where the network is given nothing but noise between the boundary tokens.
+
+    At lower levels a network that only shrinks what it is given has a small error; here none has that knows nothing of the data.
+    """
+    return _loss_at(network, batch, torch.ones(batch[0].shape[:2]), noise)
+
+
+def trivial_from_noise(known: Tensor, clean: Tensor) -> float:
+    """Error in `clean` (b, n, 20) of the better one of two predictions without a network: zero, and the mean of `known`."""
+    mean = known.mean(dim=0).expand_as(clean)
+    return min(float(squared_error(torch.zeros_like(clean), clean)), float(squared_error(mean, clean)))
+
+
+def squared_error(predicted: Tensor, clean: Tensor) -> Tensor:
+    """Mean over inner tokens of (b, n, 20)."""
+    return ((predicted - clean)[:, 1:-1] ** 2).mean()
+
+
+def _loss_at(network: Module, batch: list[Tensor], level: Tensor, noise: torch.Generator) -> Tensor:
+    clean, *context = batch
+    level = level * inner_mask(clean.shape[1])[:, 0]
     signal, spread = signal_and_noise(level)
     noisy = signal[..., None] * clean + spread[..., None] * torch.randn(clean.shape, generator=noise)
-    predicted = network(noisy, level, *context)
-    return ((predicted - clean)[:, 1:-1] ** 2).mean()
+    return squared_error(network(noisy, level, *context), clean)

@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from sim1.motion.placement import planar
 from sim1.motion.pool import read_pool, write_pool
 from sim1.motion.poses import TOKEN_SIZE, joined
 from sim1.motion.stage import MotionModelConfig, check_motion_model, motion_model
+from sim1.motion.training import denoising_loss, loss_from_noise, squared_error, tensors, trivial_from_noise
 from sim1.motion.transitions import (
     HISTORY_COUNT,
     augmented,
@@ -25,7 +27,7 @@ from sim1.motion.transitions import (
 )
 from sim1.stage import BadInput
 
-SMALL = MotionModelConfig(step_count=120, bank_count=128, width=32, layer_count=2)
+SMALL = MotionModelConfig(step_count=300, bank_count=128, width=32, layer_count=2)
 
 
 @pytest.fixture(scope="module")
@@ -138,6 +140,36 @@ def test_training_explains_more_than_the_interpolant_alone(trained):
     assert facts["loss_end"] < 0.6 * facts["loss_trivial"]
     assert facts["held_out_loss"] < 0.7 * facts["held_out_trivial"]  # the held-out demonstrations share the arch
     assert all(finding.passed for finding in check_motion_model(out))
+
+
+class Shrinking(torch.nn.Module):
+    """Knows nothing of the data but their size: of what it is given it returns the share that is signal."""
+
+    def forward(self, noisy, level, *context):
+        return signal_and_noise(level)[0][..., None] * noisy
+
+
+def test_a_network_that_only_shrinks_its_noise_has_learned_nothing(pool):
+    bank = bank_of(transitions_of(pool), 256, 16, np.random.default_rng(0))
+    data = tensors(bank, residual_scale(bank.residual))
+    noise = torch.Generator().manual_seed(0)
+    nothing = float(squared_error(torch.zeros_like(data[0]), data[0]))
+    assert denoising_loss(Shrinking(), data, noise) < 0.6 * nothing
+    assert float(loss_from_noise(Shrinking(), data, noise)) == pytest.approx(nothing, rel=0.01)
+    assert trivial_from_noise(data[0], data[0]) < nothing
+
+
+def test_a_model_that_hardly_trained_is_found_although_it_shrinks_noise(trained, tmp_path):
+    folder, out, _ = trained
+    motion_model({"segment_pool": {"sheet": folder}}, tmp_path, replace(SMALL, step_count=50))
+    record = json.loads((tmp_path / "training.json").read_text())
+    assert record["loss_end"] < 0.9 * record["loss_trivial"]
+    [finding] = [item for item in check_motion_model(tmp_path) if item.name == "learned_something"]
+    assert finding.blocking
+    assert not finding.passed
+    [fine] = [item for item in check_motion_model(out) if item.name == "learned_something"]
+    assert fine.passed
+    assert "on held-out demonstrations" in fine.detail
 
 
 @pytest.mark.parametrize(("count", "out"), [(3, []), (4, [3]), (8, [3]), (12, [3, 8])])
