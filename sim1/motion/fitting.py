@@ -24,16 +24,24 @@ if TYPE_CHECKING:
 
 
 def fit_model(pool: Path, garment: str, config: MotionModelConfig, out: Path) -> Facts:
-    """Fit, sample, measure and write everything that the stage makes.
+    """Fit, sample, measure and write everything that the stage makes, from the demonstrations that succeeded.
 
     Raises:
-        BadInput: the pool holds no transition that is long enough.
+        BadInput: no demonstration succeeded, or none of those that did has a transition that is long enough.
     """
     torch.set_num_threads(1)  # the sizes are small, and other garments train beside this one
-    transitions = transitions_of(read_pool(pool))
+    segments = read_pool(pool)
+    good = [part for part in segments if part.success]
+    if not good:
+        raise BadInput(
+            f"{pool}: success is false for all {len({part.demo for part in segments})} demonstrations; "
+            "record one that succeeds and make segment_pool again"
+        )
+    transitions = transitions_of(good)
     if not transitions:
         raise BadInput(
-            f"{pool}: no moving segment that is long enough to learn from; check the thresholds of segment_pool"
+            f"{pool}: no moving segment of a successful demonstration is long enough to learn from; "
+            "check the thresholds of segment_pool"
         )
     rng = random_stream(config.seed, garment, "motion_model")
     trained, scale = None, np.ones((config.token_count, TOKEN_SIZE))

@@ -229,6 +229,31 @@ def test_the_baselines_need_no_training(pool, tmp_path, method):
     assert all(finding.passed for finding in check_motion_model(out))
 
 
+def test_a_failed_demonstration_teaches_nothing(tmp_path):
+    """With it and without it, the model is the same to the byte."""
+    rng = np.random.default_rng(5)
+    good = [part for index in range(4) for part in a_demo(f"{index:04d}", rng, 3 * index)]
+    made = []
+    for name, segments in (("with", [*good, *a_demo("0004", rng, 12, success=False)]), ("without", good)):
+        for folder in (tmp_path / name, tmp_path / f"model_{name}"):
+            folder.mkdir()
+        write_pool(tmp_path / name, segments)
+        config = MotionModelConfig(step_count=3, bank_count=32, width=16, layer_count=1)
+        motion_model({"segment_pool": {"sheet": tmp_path / name}}, tmp_path / f"model_{name}", config)
+        made.append((tmp_path / f"model_{name}" / "model.safetensors").read_bytes())
+        assert json.loads((tmp_path / f"model_{name}" / "training.json").read_text())["transition_count"] == 8
+    assert made[0] == made[1]
+
+
+def test_without_a_successful_demonstration_there_is_nothing_to_learn(tmp_path):
+    rng = np.random.default_rng(5)
+    write_pool(
+        tmp_path, [part for name in ("0000", "0001") for part in a_demo(name, rng, 3 * int(name), success=False)]
+    )
+    with pytest.raises(BadInput, match="success is false for all 2 demonstrations; record one that succeeds"):
+        fit_model(tmp_path, "sheet", MotionModelConfig(method="minimum_jerk"), tmp_path)
+
+
 def test_a_slice_is_the_moved_source_after_a_straight_bridge(pool):
     source, start = pool[0].path, pool[2].path[-1:]
     motion = planar(np.array([0.03, 0.01]), 0.2, np.zeros(3))
