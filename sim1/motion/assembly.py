@@ -127,7 +127,7 @@ def attempt(
         target, (turn_share, lean), _ = reachable(part.path, wanted, arms, part.joints_rad[0])
         about = {"segment": part.segment, "demo": part.demo, "order": part.order}
         sources.append(about | {"turn_share": turn_share, "lean_rad": lean})
-        return Laid(part=part, placement=wanted, path=target)
+        return Laid(placement=wanted, path=target)
 
     failure, detail, broke = None, "", False
     try:

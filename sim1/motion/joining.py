@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -55,7 +56,6 @@ class Draw:
 class Laid:
     """An interaction where it is to happen."""
 
-    part: Segment
     placement: np.ndarray  # (4, 4) from where it was demonstrated: motion of the garment since then, and displacement
     path: ToolPath  # in reach
     joints_rad: np.ndarray | None = None  # (n, 2, 6) that follow it, where they are known
@@ -117,9 +117,10 @@ def carry_out(
     """
     for part in picked:
         laid = lay(part)
-        follower.go(model, laid.path, lambda start, steps, laid=laid: _slice(segments, laid, start, steps), stream())
+        follower.go(model, laid.path, partial(_slice, segments, part, -1, laid.placement), stream())
         follower.follow(laid.path, "interacting", laid.joints_rad)
-    follower.go(model, end, lambda start, steps: _slice(segments, None, start, steps), stream())
+    # The way home is that of the demonstration of the last interaction; home itself has not moved.
+    follower.go(model, end, partial(_slice, segments, picked[-1], 1, np.eye(4)), stream())
     if model.method != "slicing":  # a slice ends where its demonstration ended
         follower.follow(end, "moving")
     follower.rest(round(settle_s * RATE_HZ))
@@ -179,12 +180,10 @@ class Follower:
         self.trace = recent(joined(self.trace, path))
 
 
-def _slice(segments: list[Segment], laid: Laid | None, start: ToolPath, steps: int) -> ToolPath:
-    """The demonstrated motion before `laid`; before the end of the first successful demonstration where it is None."""
-    demo = laid.part.demo if laid else next(item.demo for item in segments if item.success)
-    parts = by_demo(segments)[demo]
-    index = next(i for i, item in enumerate(parts) if item.segment == laid.part.segment) if laid else len(parts)
-    before = parts[index - 1] if index else None
-    if before is None or before.kind != "moving":
+def _slice(segments: list[Segment], part: Segment, offset: int, placement: np.ndarray, start: ToolPath, steps: int) -> ToolPath:  # fmt: skip
+    """The motion beside `part` in its own demonstration, before it (offset -1) or after it (1), moved by `placement`."""
+    parts = by_demo(segments)[part.demo]
+    index = next(i for i, item in enumerate(parts) if item.segment == part.segment) + offset
+    if not 0 <= index < len(parts) or parts[index].kind != "moving":
         raise Refused("no source motion", "the source has no motion to slice there")
-    return sliced(before.path, laid.placement if laid else np.eye(4), start, steps)
+    return sliced(parts[index].path, placement, start, steps)

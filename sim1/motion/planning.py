@@ -84,7 +84,7 @@ def laid_as_placed(draw: Draw, arms: Arms) -> Callable[[Segment], Laid]:
     def lay(part: Segment) -> Laid:
         if part.segment not in known:
             path, _, joints = reachable(part.path, wanted, arms, part.joints_rad[0])
-            known[part.segment] = Laid(part=part, placement=wanted, path=path, joints_rad=joints)
+            known[part.segment] = Laid(placement=wanted, path=path, joints_rad=joints)
         return known[part.segment]
 
     return lay

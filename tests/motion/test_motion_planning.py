@@ -41,6 +41,19 @@ def test_a_plan_goes_from_home_through_the_interaction_and_rests(reached, home, 
         np.testing.assert_allclose(plan.joints_rad[-1], HOME, atol=1e-3)
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_slice_home_goes_on_with_the_demonstration_of_the_last_interaction(reached, home, arms, seed):
+    draw, plan = a_plan(reached, home, arms, a_model("slicing"), seed)
+    assert draw.picked[0].demo != "0000"
+    ways = {part.demo: part.path.position_m for part in reached if part.kind == "moving" and part.order == 1}
+    until = len(plan.path) - 6  # 0.2 s of rest at the end
+    errors = {
+        demo: np.abs(plan.path.position_m[until + 1 - len(way) : until] - way[1:]).max() for demo, way in ways.items()
+    }
+    assert errors[draw.picked[0].demo] < 1e-9
+    assert sorted(errors.values())[1] > 1e-4
+
+
 def test_the_joints_of_a_plan_carry_the_tools_along_its_path(reached, home, arms):
     _, plan = a_plan(reached, home, arms)
     tools = arms.tool_path(plan.joints_rad, plan.path.openness)
