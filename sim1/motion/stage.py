@@ -51,7 +51,7 @@ class MotionLikenessConfig:
     radius_m: float = Field(0.05, ge=0)  # moved garment: translation within this disc, as in candidate_trajectories
     angle_deg: float = Field(15.0, ge=0)  # moved garment: rotation up to this
     settle_s: float = Field(0.7, ge=0)  # rest at the end
-    permutation_count: int = Field(500, ge=20)  # relabellings behind the p-value of the mean discrepancy
+    permutation_count: int = Field(500, ge=20)  # exchanges within families behind the p-value of the mean discrepancy
     split_count: int = Field(10, ge=1)  # random halves of the demonstrations that show what chance looks like
 
 

@@ -79,7 +79,9 @@ def test_plans_read_like_demonstrations_with_the_sources_of_their_transitions(re
     plans = [a_plan(reached, home, arms, seed=seed)[1] for seed in (0, 1)]
     paths = planned_paths(plans)
     assert [item.order for item in paths.movements] == [0, 1, 0, 1]
-    assert [item.group for item in paths.movements] == [plan.demos[0] for plan in plans for _ in range(2)]
+    assert [item.sources for item in paths.movements] == [frozenset(plan.demos) for plan in plans for _ in range(2)]
+    mixed = planned_paths([replace(plans[0], demos=["0003", "0007"])])
+    assert [item.sources for item in mixed.movements] == [frozenset({"0003", "0007"})] * 2
     assert [len(path) for path in paths.tools] == [len(plan.path) for plan in plans]
     own = paths_of(reached)
     assert len(own.movements) == 20
@@ -128,7 +130,8 @@ def test_the_stage_measures_what_it_can_and_names_what_it_cannot(measured):
     assert set(record["figures"]) == {"demonstrations", "minimum_jerk", "slicing"}
     assert record["counts"]["plans"]["minimum_jerk"]["planned"] == 1
     assert record["figures"]["minimum_jerk"]["auc"] == {"not_measured": "2 transitions, 16 needed"}
-    assert record["figures"]["demonstrations"]["auc"]["value"] < 0.9
+    halves = "10 transitions in half of the demonstrations, 16 needed"  # ten demonstrations
+    assert record["figures"]["demonstrations"]["auc"] == {"not_measured": halves}
     assert facts["plan_count"] == 1
     assert facts["auc"].startswith("not measured: 2 transitions, 16 needed")
 

@@ -21,32 +21,32 @@ class Auc(NamedTuple):
 
 
 def told_apart(
-    one: np.ndarray, two: np.ndarray, one_groups: list[str], two_groups: list[str], rng: np.random.Generator,
+    one: np.ndarray, two: np.ndarray, one_families: np.ndarray, two_families: np.ndarray, rng: np.random.Generator,
     resample_count: int = RESAMPLES,
 ) -> Auc:  # fmt: skip
     """Held-out AUC of extremely randomised trees (Geurts et al. 2006) that are to tell `one` from `two`.
 
-    Movements of one group are never on both sides of a fold. The interval comes from drawing groups with replacement.
+    Movements of one family are never on both sides of a fold. The interval comes from drawing families with replacement.
 
     Args:
-        one: (n, d) features.
-        two: (m, d)
-        one_groups: source demonstration of each movement.
-        two_groups: of the other set.
+        one: (n, d) features, of two families at least.
+        two: (m, d), likewise.
+        one_families: (n,) number of the family of each movement.
+        two_families: (m,)
         rng: folds, trees and resamples.
         resample_count: of the bootstrap.
     """
     features, labels = np.concatenate([one, two]), np.repeat([0, 1], [len(one), len(two)])
-    groups = np.array([*one_groups, *two_groups])
+    families = np.concatenate([one_families, two_families])
     scores = np.full(len(labels), np.nan)
-    folds = StratifiedGroupKFold(min(FOLDS, len(set(groups))), shuffle=True, random_state=int(rng.integers(2**31)))
-    for train, test in folds.split(features, labels, groups):
+    folds = StratifiedGroupKFold(min(FOLDS, len(set(families))), shuffle=True, random_state=int(rng.integers(2**31)))
+    for train, test in folds.split(features, labels, families):
         trees = ExtraTreesClassifier(
             TREES, min_samples_leaf=2, class_weight="balanced", random_state=int(rng.integers(2**31))
         )
         scores[test] = trees.fit(features[train], labels[train]).predict_proba(features[test])[:, 1]
     value = area_under_roc(labels, scores)
-    drawn = [_resampled(labels, scores, groups, rng) for _ in range(resample_count)]
+    drawn = [_resampled(labels, scores, families, rng) for _ in range(resample_count)]
     low, high = np.quantile([auc for auc in drawn if auc is not None] or [value], [0.025, 0.975])
     return Auc(value=value, low=float(low), high=float(high))
 
@@ -58,7 +58,7 @@ def area_under_roc(labels: np.ndarray, scores: np.ndarray) -> float:
     return float(above / (ones * (len(labels) - ones)))
 
 
-def _resampled(labels: np.ndarray, scores: np.ndarray, groups: np.ndarray, rng: np.random.Generator) -> float | None:
-    names = np.unique(groups)
-    rows = np.concatenate([np.flatnonzero(groups == name) for name in rng.choice(names, len(names))])
+def _resampled(labels: np.ndarray, scores: np.ndarray, families: np.ndarray, rng: np.random.Generator) -> float | None:
+    names = np.unique(families)
+    rows = np.concatenate([np.flatnonzero(families == name) for name in rng.choice(names, len(names))])
     return area_under_roc(labels[rows], scores[rows]) if len(set(labels[rows])) == 2 else None

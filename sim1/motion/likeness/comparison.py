@@ -9,6 +9,7 @@ import numpy as np
 from sim1.motion.likeness.classifier import area_under_roc, told_apart
 from sim1.motion.likeness.copies import COPY_SHARE, nearest_distances, nearest_of_the_rest
 from sim1.motion.likeness.distances import frechet_distance, mmd, standardised
+from sim1.motion.likeness.families import FAMILY_MINIMUM, families
 from sim1.motion.likeness.features import FEATURES, Movement, features, shape
 from sim1.motion.likeness.joins import ORDERS, common_steps, join_ratios
 from sim1.motion.likeness.smoothness import (
@@ -53,42 +54,43 @@ class Paths:
 
 def compare(demos: Paths, others: Paths, permutation_count: int, rng: np.random.Generator) -> dict[str, Figure]:
     """Figures of `others`."""
-    result = of_paths(demos, others)
     one, two = _features(demos.movements), _features(others.movements)
-    names = [[item.group for item in paths.movements] for paths in (demos, others)]
+    kin = families([item.sources for item in (*demos.movements, *others.movements)])
+    own, theirs = kin[: len(one)], kin[len(one) :]
 
     def sets() -> dict[str, Figure]:
         a, b = standardised(one, two)
-        discrepancy = mmd(a, b, permutation_count, rng)
-        auc = told_apart(one, two, *names, rng)
+        discrepancy = mmd(a, b, own, theirs, permutation_count, rng)
+        auc = told_apart(one, two, own, theirs, rng)
         return {
             "frechet": Figure(value=frechet_distance(a, b)),
             "mmd": Figure(value=discrepancy.value, p_value=discrepancy.p_value),
             "auc": Figure(value=auc.value, low=auc.low, high=auc.high),
         }
 
-    fewer = min(len(one), len(two))
-    return result | _where(("frechet", "mmd", "auc"), fewer, SET_MINIMUM, sets) | _copies(demos, others)
+    matched = len(np.intersect1d(own, theirs))
+    return of_paths(demos, others) | _of_sets(min(len(one), len(two)), matched, "", sets) | _copies(demos, others)
 
 
 def chance(demos: Paths, split_count: int, rng: np.random.Generator) -> dict[str, Figure]:
     """The same figures of the demonstrations themselves; sets are random halves of them, and ranges are over splits."""
-    names = sorted({item.group for item in demos.movements})
-    rows = _features(demos.movements)
-    groups = np.array([item.group for item in demos.movements])
+    kin = families([item.sources for item in demos.movements])
+    names, sizes = np.unique(kin, return_counts=True)
+    rows, half = _features(demos.movements), len(names) // 2
 
     def sets() -> dict[str, Figure]:
         drawn: dict[str, list[float]] = {"frechet": [], "mmd": [], "auc": []}
         for _ in range(split_count):
-            first = np.isin(groups, rng.permutation(names)[: len(names) // 2])
+            first = np.isin(kin, rng.permutation(names)[:half])
             one, two = rows[first], rows[~first]
             a, b = standardised(one, two)
             drawn["frechet"].append(frechet_distance(a, b))
-            drawn["mmd"].append(mmd(a, b, 0, rng).value)
-            drawn["auc"].append(told_apart(one, two, list(groups[first]), list(groups[~first]), rng, 0).value)
+            drawn["mmd"].append(mmd(a, b, kin[first], kin[~first], 0, rng).value)
+            drawn["auc"].append(told_apart(one, two, kin[first], kin[~first], rng, 0).value)
         return {key: _range(values) for key, values in drawn.items()}
 
-    result = of_paths(demos, demos) | _where(("frechet", "mmd", "auc"), len(rows), SET_MINIMUM, sets)
+    fewest = int(np.sort(sizes)[:half].sum())
+    result = of_paths(demos, demos) | _of_sets(fewest, half, " in half of the demonstrations", sets)
 
     def nearest() -> dict[str, Figure]:
         own = np.concatenate([nearest_of_the_rest(part) for part in _shapes(demos.movements).values()])
@@ -192,9 +194,22 @@ def _least(movements: Sequence[Movement]) -> int:
 
 def _where(names: Sequence[str], count: int, needed: int, measure: Callable[[], dict[str, Figure]]) -> dict[str, Figure]:  # fmt: skip
     if count < needed:
-        reason = f"{count} transitions, {needed} needed"
-        return {name: Figure(value=None, missing=reason) for name in names}
+        return _not_measured(names, f"{count} transitions, {needed} needed")
     return measure()
+
+
+def _of_sets(count: int, family_count: int, where: str, measure: Callable[[], dict[str, Figure]]) -> dict[str, Figure]:
+    """Figures of sets against sets, or why they say nothing: too few transitions, or too few that are independent."""
+    if count < SET_MINIMUM:
+        return _not_measured(("frechet", "mmd", "auc"), f"{count} transitions{where}, {SET_MINIMUM} needed")
+    if family_count < FAMILY_MINIMUM:
+        what = "families of demonstrations and what is made of them"
+        return _not_measured(("frechet", "mmd", "auc"), f"{family_count} {what}{where}, {FAMILY_MINIMUM} needed")
+    return measure()
+
+
+def _not_measured(names: Sequence[str], reason: str) -> dict[str, Figure]:
+    return {name: Figure(value=None, missing=reason) for name in names}
 
 
 def _range(values: list[float]) -> Figure:

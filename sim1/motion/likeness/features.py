@@ -29,11 +29,11 @@ FEATURES = ("order", "duration_s", *(f"{arm}.{name}" for arm in ARMS for name in
 
 @dataclass(frozen=True, kw_only=True)
 class Movement:
-    """A transition, where it stands in the task, and whose demonstration it comes from."""
+    """A transition, where it stands in the task, and which demonstrations its path comes from."""
 
     path: ToolPath  # (n) with both boundary poses, waiting at its ends cut off
     order: int  # how many transitions come before it
-    group: str  # demonstration; of a generated one, that whose interaction it leads to or comes from
+    sources: frozenset[str]  # the demonstration itself; of a generated path, all that its interactions are taken from
 
     @property
     def arms(self) -> list[int]:

@@ -14,6 +14,7 @@ from sim1.motion.home import read_home
 from sim1.motion.likeness.classifier import FOLDS, TREES
 from sim1.motion.likeness.comparison import COPY_MINIMUM, SET_MINIMUM, Figure, Paths, chance, compare, of_paths, telling
 from sim1.motion.likeness.copies import COPY_SHARE
+from sim1.motion.likeness.families import FAMILY_MINIMUM
 from sim1.motion.likeness.features import FEATURES
 from sim1.motion.likeness.joins import COMMON_SHARE
 from sim1.motion.likeness.limits import in_words, verdicts
@@ -34,7 +35,7 @@ TELLING = 6  # features that give a method away most, on the page
 SETTINGS = {
     "sparc_cut_off_hz": SPARC_CUT_OFF_HZ, "sparc_threshold": SPARC_THRESHOLD, "sparc_padding": SPARC_PADDING,
     "peak_prominence": PEAK_PROMINENCE, "common_share": COMMON_SHARE, "copy_share": COPY_SHARE,
-    "set_minimum": SET_MINIMUM, "copy_minimum": COPY_MINIMUM, "folds": FOLDS, "trees": TREES,
+    "set_minimum": SET_MINIMUM, "family_minimum": FAMILY_MINIMUM, "copy_minimum": COPY_MINIMUM, "folds": FOLDS, "trees": TREES,
     "features": list(FEATURES),
 }  # fmt: skip
 

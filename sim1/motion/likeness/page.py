@@ -34,11 +34,12 @@ LINES = (
     ("peaks", "Speed peaks", "Peaks of the speed in a transition, with a prominence of a tenth of the highest speed; mean."),
     ("frechet", "Fréchet distance", "Squared distance of the Gaussians through both sets of features, per feature, in units of their "
      "spread. Demonstrations: random halves of them, with the range of 90 % of the splits."),
-    ("mmd", "Mean discrepancy", "Squared maximum mean discrepancy, Gaussian kernel; p is the share of random relabellings that reach "
-     "it: below 0.05 the sets differ."),
-    ("auc", "Told apart", "Area under the ROC curve of a classifier that is to tell generated from demonstrated ones it was not "
-     "trained on, with a 95 % interval; 0.5 is a guess, 1 certainty. Demonstrations: two random halves of them told apart, which "
-     "is what chance looks like with so few."),
+    ("mmd", "Mean discrepancy", "Squared maximum mean discrepancy, Gaussian kernel. A demonstration and all that is made of it are one "
+     "family, and so are demonstrations that a path mixes; p is the share of exchanges of demonstrated and generated within whole "
+     "families that reach it: below 0.05 the sets differ."),
+    ("auc", "Told apart", "Area under the ROC curve of a classifier that is to tell generated from demonstrated ones of families it was "
+     "not trained on, with a 95 % interval from drawing families; 0.5 is a guess, 1 certainty. Demonstrations: two random halves of "
+     "them told apart, which is what chance looks like with so few."),
     ("nearest", "Nearest demonstration", "Distance of each shape to the nearest demonstrated one, in lengths of its straight line; "
      "median, smallest, largest. Demonstrations: to the nearest other one."),
     ("copies", "Copies", "Transitions that are nearer to a demonstrated one than a tenth of the smallest distance between two of "

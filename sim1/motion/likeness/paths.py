@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -46,15 +44,13 @@ class Planned:
 def demonstrated(segments: list[Segment]) -> Paths:
     """The successful demonstrations as commanded, which are those that plans draw from."""
     demos = by_demo([part for part in segments if part.success])
-    return _paths(demos, {name: (lambda order, name=name: name) for name in demos})
+    return _paths(demos, {name: frozenset({name}) for name in demos})
 
 
 def planned_paths(plans: list[Plan]) -> Paths:
     """Plans in the form of demonstrations."""
     parts = {f"{index:04d}": plan.segments(f"{index:04d}") for index, plan in enumerate(plans)}
-    sources = {name: plan.demos for name, plan in zip(parts, plans, strict=True)}
-    # A transition belongs to the demonstration whose interaction it leads to, the last one to that which it comes from.
-    return _paths(parts, {name: partial(_source, demos) for name, demos in sources.items()})
+    return _paths(parts, {name: frozenset(plan.demos) for name, plan in zip(parts, plans, strict=True)})
 
 
 def make_plans(
@@ -93,18 +89,13 @@ def by_method(model: MotionModel) -> dict[str, MotionModel]:
     return {name: replace(model, method=name) for name in METHODS if name in (model.method, *BASELINES)}
 
 
-def _paths(demos: dict[str, list[Segment]], source_of: dict[str, Callable[[int], str]]) -> Paths:
+def _paths(demos: dict[str, list[Segment]], sources: dict[str, frozenset[str]]) -> Paths:
     flat = [part for parts in demos.values() for part in parts]
     return Paths(
         tools=[np.concatenate([part.path.position_m for part in parts]) for parts in demos.values()],
         joints=[np.concatenate([part.joints_rad for part in parts]) for parts in demos.values()],
         joins=[[part.start_frame - parts[0].start_frame for part in parts[1:]] for parts in demos.values()],
         movements=[
-            Movement(path=item.path, order=item.order, group=source_of[item.demo](item.order))
-            for item in transitions_of(flat)
+            Movement(path=item.path, order=item.order, sources=sources[item.demo]) for item in transitions_of(flat)
         ],
     )
-
-
-def _source(demos: list[str], order: int) -> str:
-    return demos[min(order, len(demos) - 1)]
