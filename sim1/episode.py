@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from sim1.array_file import Shape, read_numbers
 from sim1.stage import BadInput
 
 RATE_HZ = 30.0
@@ -59,7 +60,14 @@ def _pack(joints: np.ndarray, openness: np.ndarray) -> np.ndarray:
     return np.concatenate([joints, openness[..., None]], axis=-1).reshape(len(joints), -1).astype(np.float32)
 
 
-_ARRAYS = ("time_s", "joints_rad", "openness", "command_joints_rad", "command_openness", "garment_m")
+_ARRAYS: dict[str, Shape] = {
+    "time_s": ("frames",),
+    "joints_rad": ("frames", len(ARMS), JOINT_COUNT),
+    "openness": ("frames", len(ARMS)),
+    "command_joints_rad": ("frames", len(ARMS), JOINT_COUNT),
+    "command_openness": ("frames", len(ARMS)),
+    "garment_m": ("frames", "vertices", 3),
+}
 
 
 def write_episode(folder: Path, episode: Episode) -> None:
@@ -78,20 +86,15 @@ def read_episode(folder: Path) -> Episode:
     Raises:
         BadInput: a file is missing, damaged, or its arrays do not fit together.
     """
+    path = folder / "episode.json"
     try:
-        about = json.loads((folder / "episode.json").read_text())
-        with np.load(folder / "episode.npz", allow_pickle=False) as data:
-            arrays = {name: data[name] for name in _ARRAYS}
-    except (OSError, KeyError, ValueError) as error:
-        raise BadInput(f"{folder}: not a readable episode ({error}); make it again") from error
-    if about.get("schema") != SCHEMA:
-        raise BadInput(f"{folder}/episode.json: schema is {about.get('schema')!r}, expected {SCHEMA!r}")
-    count = len(arrays["time_s"])
-    for name, array in arrays.items():
-        if len(array) != count or not np.isfinite(array).all():
-            raise BadInput(
-                f"{folder}/episode.npz: {name} has {len(array)} of {count} frames, or values that are not finite"
-            )
+        about = json.loads(path.read_text())
+        schema = about["schema"]
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise BadInput(f"{path}: not a readable episode ({error!r}); make it again") from error
+    if schema != SCHEMA:
+        raise BadInput(f"{path}: schema is {schema!r}, expected {SCHEMA!r}; make it again")
+    arrays = read_numbers(folder / "episode.npz", _ARRAYS, "episode")
     return Episode(**arrays, about={key: value for key, value in about.items() if key != "schema"})
 
 
@@ -101,12 +104,9 @@ def read_start(demos: Path) -> np.ndarray:
     Raises:
         BadInput: `start.npz` is missing or damaged.
     """
-    path = demos / "start.npz"
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            return data["garment_m"].astype(float)
-    except (OSError, KeyError, ValueError) as error:
-        raise BadInput(f"{path}: not a readable start ({error}); make the demonstrations again") from error
+    shapes: dict[str, Shape] = {"garment_m": ("vertices", 3)}
+    arrays = read_numbers(demos / "start.npz", shapes, "start", "make the demonstrations again")
+    return arrays["garment_m"].astype(float)
 
 
 def episode_folders(artifact: Path) -> list[Path]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sim1.array_file import read_arrays
 from sim1.stage import BadInput
 
 
@@ -24,11 +25,9 @@ def read_garment_mesh(artifact: Path) -> GarmentMesh:
         BadInput: missing, damaged, indices out of range, or rest shape without area.
     """
     path = artifact / "mesh.npz"
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            vertices, faces, rest = (data[name] for name in ("vertices_m", "faces", "rest_m"))
-    except (OSError, KeyError, ValueError) as error:
-        raise BadInput(f"{path}: not a readable garment mesh ({error}); make it again") from error
+    names = ("vertices_m", "faces", "rest_m")
+    arrays = read_arrays(path, names, "garment mesh")
+    vertices, faces, rest = (arrays[name] for name in names)
     return checked_mesh(vertices, faces, rest, str(path))
 
 

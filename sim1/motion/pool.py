@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from sim1.array_file import Shape, read_numbers
 from sim1.motion.poses import ToolPath
 from sim1.stage import BadInput
 
@@ -21,7 +22,7 @@ COLUMNS = (
     "success",  # of the demonstration
     "garment",
 )
-ARRAYS = ("joints_rad", "openness", "tool_position_m", "tool_rotation")
+ARRAYS = {"joints_rad": (2, 6), "openness": (2,), "tool_position_m": (2, 3), "tool_rotation": (2, 3, 3)}  # of a frame
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,23 +66,23 @@ def read_pool(folder: Path) -> list[Segment]:
     Raises:
         BadInput: a file is missing or damaged, or table and arrays do not fit together.
     """
+    remedy = "make segment_pool again"
     try:
         table = pd.read_parquet(folder / "segments.parquet")
-        with np.load(folder / "segments.npz", allow_pickle=False) as data:
-            arrays = dict(data)
     except (OSError, ValueError) as error:
-        raise BadInput(f"{folder}: not a readable segment pool ({error}); make segment_pool again") from error
+        raise BadInput(f"{folder}/segments.parquet: not a readable segment pool ({error}); {remedy}") from error
     if missing := set(COLUMNS) - set(table.columns):
-        raise BadInput(f"{folder}/segments.parquet: columns {sorted(missing)} are missing; make segment_pool again")
+        raise BadInput(f"{folder}/segments.parquet: columns {sorted(missing)} are missing; {remedy}")
+    rows = table[list(COLUMNS)].to_dict("records")
+    shapes: dict[str, Shape] = {
+        f"{row['segment']:04d}.{name}": (row["end_frame"] - row["start_frame"], *shape)
+        for row in rows
+        for name, shape in ARRAYS.items()
+    }
+    arrays = read_numbers(folder / "segments.npz", shapes, "segment pool", remedy)
     segments = []
-    for row in table[list(COLUMNS)].to_dict("records"):
-        values = [arrays.get(f"{row['segment']:04d}.{name}") for name in ARRAYS]
-        length = row["end_frame"] - row["start_frame"]
-        if any(value is None or len(value) != length for value in values):
-            raise BadInput(
-                f"{folder}/segments.npz: segment {row['segment']} has not its {length} frames; make it again"
-            )
-        joints, openness, position, rotation = values
+    for row in rows:
+        joints, openness, position, rotation = (arrays[f"{row['segment']:04d}.{name}"] for name in ARRAYS)
         path = ToolPath(position_m=position, rotation=rotation, openness=openness)
         segments.append(Segment(**row, joints_rad=joints, path=path))
     return segments

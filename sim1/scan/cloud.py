@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sim1.stage import BadInput
+from sim1.array_file import read_arrays
 
 UNKNOWN_VIEW = -1
 
@@ -85,21 +85,3 @@ def read_scan(folder: Path) -> Scan:
         truth=None if truth is None else Shape(vertices_m=truth["vertices_m"], faces=truth["faces"]),
         truth_label=None if truth is None else truth.get("garment"),
     )
-
-
-def read_arrays(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Arrays of an NPZ file, at least `names` of them.
-
-    Raises:
-        BadInput: the file is missing or damaged, or lacks an array.
-    """
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
-            arrays = {name: data[name] for name in data.files}
-    except FileNotFoundError as error:
-        raise BadInput(f"{path}: missing; make it again") from error
-    except Exception as error:  # zipfile, zlib and numpy raise many kinds of errors on damaged files
-        raise BadInput(f"{path}: damaged ({error}); make it again") from error
-    if missing := [name for name in names if name not in arrays]:
-        raise BadInput(f"{path}: no array {missing[0]!r}, only {sorted(arrays)}")
-    return arrays

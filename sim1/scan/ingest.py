@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sim1.scan.cloud import UNKNOWN_VIEW, Cloud, Scan, Shape, read_arrays
+from sim1.array_file import read_arrays
+from sim1.scan.cloud import UNKNOWN_VIEW, Cloud, Scan, Shape
 from sim1.scan.garment_file import METRES_PER_UNIT, GarmentFile, frame_rotation
 from sim1.scan.obj import read_obj
 from sim1.scan.ply import read_ply

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sim1.scan.cloud import read_arrays
+from sim1.array_file import read_arrays
 from sim1.scan.pieces import face_components
 from sim1.scan.remesh import corner_angles_rad
 from sim1.scan.rims import rim_lengths_m

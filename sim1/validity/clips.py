@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sim1.array_file import Shape, read_numbers
 from sim1.episode import RATE_HZ
 from sim1.stage import BadInput
 from sim1.validity.raster import render_head_view
@@ -46,13 +47,12 @@ def read_clip(folder: Path) -> Clip:
         BadInput: missing, damaged, or not pictures.
     """
     path = folder / "video.npz"
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            frames, rate = data["frames"], float(data["rate_hz"])
-    except (OSError, KeyError, ValueError) as error:
-        raise BadInput(f"{path}: not a readable video ({error}); make candidate_trajectories again") from error
-    if frames.ndim != 4 or frames.shape[-1] != 3 or frames.dtype != np.uint8 or not len(frames):
-        raise BadInput(f"{path}: frames are {frames.dtype} {frames.shape}, expected u8 (t, h, w, 3)")
+    remedy = "make candidate_trajectories again"
+    shapes: dict[str, Shape] = {"frames": ("frames", "rows", "columns", 3), "rate_hz": ()}
+    arrays = read_numbers(path, shapes, "video", remedy)
+    frames, rate = arrays["frames"], float(arrays["rate_hz"])
+    if frames.dtype != np.uint8 or not frames.size:
+        raise BadInput(f"{path}: array 'frames' is {frames.dtype} {frames.shape}, expected u8 (t, h, w, 3); {remedy}")
     return Clip(frames=frames, rate_hz=rate)
 
 

@@ -55,6 +55,21 @@ def test_a_damaged_pool_is_refused_with_its_file(pool, tmp_path):
         read_pool(tmp_path)
 
 
+def test_a_pool_cut_short_or_of_other_frames_is_refused_with_what_to_do(pool, tmp_path):
+    write_pool(tmp_path, pool)
+    whole = (tmp_path / "segments.npz").read_bytes()
+    (tmp_path / "segments.npz").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(
+        BadInput, match=r"segments\.npz: damaged, not a readable segment pool .*make segment_pool again"
+    ):
+        read_pool(tmp_path)
+    write_pool(tmp_path, [replace(pool[0], joints_rad=pool[0].joints_rad[:-1]), *pool[1:]])
+    with pytest.raises(
+        BadInput, match=r"array '0000\.joints_rad' is \(39, 2, 6\), expected \(40, 2, 6\); make segment_pool"
+    ):
+        read_pool(tmp_path)
+
+
 def test_transitions_start_and_end_at_the_poses_of_their_neighbours(pool):
     reach, back = transitions_of(pool)[:2]
     np.testing.assert_allclose(reach.path.position_m[-1], pool[1].path.position_m[0], atol=1e-3)
