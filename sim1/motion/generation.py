@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,11 +11,13 @@ import numpy as np
 import pandas as pd
 
 from sim1.crew import finished, labour_together
-from sim1.episode import read_episode, read_start
+from sim1.episode import RATE_HZ, Episode, read_episode, read_start
 from sim1.motion.bench import Bench, facts
+from sim1.motion.commands import Arms
 from sim1.motion.pictures import draw_attempts
 from sim1.progress import report
 from sim1.quota import Quota, Row
+from sim1.scene.description import read_scene
 from sim1.stage import Facts, Inputs, only
 
 if TYPE_CHECKING:
@@ -34,7 +37,21 @@ def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, 
     labour_together(out, quotas, functools.partial(Bench.of, inputs, garment, config), 1, tell)
     rows = finished(out)
     write_tables(out, rows, read_start(only(inputs, "seed_demos")))
+    write_limits(out, Arms.of_scene(read_scene(only(inputs, "scene"))))
     return facts(rows)
+
+
+def write_limits(out: Path, arms: Arms) -> None:
+    """Write `limits.json`: what the episodes are checked against."""
+    limits = {"joint_speed_rad_s": arms.arm.velocity_limit_rad_s.tolist()}
+    (out / "limits.json").write_text(json.dumps(limits, indent=1, sort_keys=True) + "\n")
+
+
+def fastest_share(episode: Episode, limit_rad_s: np.ndarray) -> float:
+    """Fastest joint of an episode over its limit (6,), as commanded, from where the arms stood, and as measured."""
+    commanded = np.concatenate([episode.joints_rad[:1], episode.command_joints_rad])
+    steps = [np.abs(np.diff(way, axis=0)) for way in (commanded, episode.joints_rad)]
+    return float((np.concatenate(steps) * RATE_HZ / limit_rad_s).max())
 
 
 def quotas_of(config: CandidateTrajectoriesConfig) -> tuple[Quota, Quota]:
