@@ -6,8 +6,9 @@ import av
 import numpy as np
 import pandas as pd
 
-from sim1.dataset.check import Tables, column, finding, read_tables
+from sim1.dataset.check import finding
 from sim1.dataset.check_videos import frame_at, video_files
+from sim1.dataset.tables import Tables, column, read_tables
 from sim1.dataset.write import thumbnail
 from sim1.stage import Finding
 

@@ -2,19 +2,16 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import av
 import numpy as np
 import pandas as pd
 
+from sim1.dataset.tables import Tables
 from sim1.stage import Finding
 
-if TYPE_CHECKING:
-    from sim1.dataset.check import Tables
 
-
-def check_videos(root: Path, tables: "Tables") -> Finding:
+def check_videos(root: Path, tables: Tables) -> Finding:
     """Finding `videos_complete`: every frame of every episode is in its file, at its time."""
     from sim1.dataset.check import finding
 
@@ -32,7 +29,7 @@ def check_videos(root: Path, tables: "Tables") -> Finding:
     return finding("videos_complete", faults, f"{count} frames of {len(keys)} cameras decoded")
 
 
-def video_files(root: Path, tables: "Tables", key: str) -> Iterator[tuple[Path, pd.DataFrame]]:
+def video_files(root: Path, tables: Tables, key: str) -> Iterator[tuple[Path, pd.DataFrame]]:
     """Every video file of a camera and the episodes in it, by time."""
     chunk, file = f"videos/{key}/chunk_index", f"videos/{key}/file_index"
     for (chunk_index, file_index), episodes in tables.episodes.groupby([chunk, file]):
@@ -67,9 +64,7 @@ def _decode(path: Path) -> tuple[np.ndarray, set[tuple[int, int]]]:
     return np.array(times), sizes
 
 
-def _faults(
-    name: Path, times_s: np.ndarray, sizes: set, episodes: pd.DataFrame, key: str, tables: "Tables"
-) -> list[str]:
+def _faults(name: Path, times_s: np.ndarray, sizes: set, episodes: pd.DataFrame, key: str, tables: Tables) -> list[str]:
     fps, faults = tables.info["fps"], []
     if len(times_s) != episodes["length"].sum():
         return [f"{name}: {len(times_s)} frames, its episodes have {episodes['length'].sum()}"]

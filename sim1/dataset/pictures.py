@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from sim1.dataset.check import column, read_tables
 from sim1.dataset.check_videos import frame_at
+from sim1.dataset.tables import column, read_tables
 from sim1.picture_file import save_figure
 
 COLUMNS = 5

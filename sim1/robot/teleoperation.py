@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sim1.dataset.check import column, read_tables
 from sim1.dataset.reshape import lerobot_root
+from sim1.dataset.tables import column, read_tables
 from sim1.episode import JOINT_COUNT, RATE_HZ, STATE_NAMES
 from sim1.stage import BadInput
 

@@ -1,12 +1,11 @@
 """The check finds what was done to a dataset, and names it."""
 
-import json
 import shutil
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
+from damaged_towel import EPISODES, FRAMES, VIDEO, change_json, change_table, cut, only_file, set_cell
 from rendered_towel import ROBOT, write_rendered
 
 from sim1.dataset.check import check_lerobot
@@ -33,31 +32,6 @@ def artifact(good, tmp_path) -> Path:
 def failures(artifact: Path) -> list[str]:
     return [finding.name for finding in check_dataset(artifact) if not finding.passed]
 
-
-def only_file(artifact: Path, pattern: str) -> Path:
-    (path,) = artifact.glob(f"lerobot/{pattern}")
-    return path
-
-
-def change_table(path: Path, change) -> None:
-    table = pd.read_parquet(path)
-    changed = change(table)
-    (table if changed is None else changed).to_parquet(path, index=path.name == "tasks.parquet")
-
-
-def set_cell(table: pd.DataFrame, row: int, name: str, value, index: int | None = None) -> None:
-    if index is not None:
-        array = np.array(table.at[row, name])
-        array[index] = value
-        value = array
-    table.at[row, name] = value
-
-
-def change_json(path: Path, **values) -> None:
-    path.write_text(json.dumps({**json.loads(path.read_text()), **values}))
-
-
-FRAMES, EPISODES, VIDEO = "data/**/*.parquet", "meta/episodes/**/*.parquet", "videos/**/*.mp4"
 
 DAMAGE = {
     "a state that is not a number": (
@@ -126,11 +100,6 @@ DAMAGE = {
         "provenance_complete",
     ),
 }
-
-
-def cut(path: Path) -> None:
-    content = path.read_bytes()
-    path.write_bytes(content[: len(content) // 2])
 
 
 @pytest.mark.parametrize("what", DAMAGE)

@@ -12,10 +12,10 @@ from rendered_towel import ROBOT, write_rendered
 from typer.testing import CliRunner
 
 from assets_defs.cli import app
-from sim1.dataset.check import column, read_tables
 from sim1.dataset.check_provenance import check_provenance
 from sim1.dataset.reshape import kindred, lerobot_root, merge, shared_out, split
 from sim1.dataset.stage import DatasetConfig, check_dataset, dataset
+from sim1.dataset.tables import column, read_tables
 from sim1.stage import BadInput
 
 
