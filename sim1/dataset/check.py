@@ -4,10 +4,20 @@ from pathlib import Path
 
 import numpy as np
 
-from sim1.dataset.tables import EPISODES, INFO, TASKS, TEXT, VISUAL, Tables, column, plain, read_tables
+from sim1.dataset.tables import (
+    EPISODES,
+    INFO,
+    TASKS,
+    TEXT,
+    TIME_TOLERANCE_S,
+    VISUAL,
+    Tables,
+    column,
+    plain,
+    read_tables,
+)
 from sim1.stage import BadInput, Finding
 
-TIME_TOLERANCE_S = 1e-4  # LeRobot's own
 SHOWN = 3  # faults in a finding's line
 JOINT_SLACK = 1e-3  # rad or openness: rounding, not motion
 

@@ -25,6 +25,7 @@ DAMAGED = (
     NotImplementedError,
     pa.ArrowException,
 )  # what a reader of files raises
+TIME_TOLERANCE_S = 1e-4  # of LeRobot's own reader
 REMEDY = "restore the file, or write the dataset again"
 
 
