@@ -10,9 +10,11 @@ import numpy as np
 import pandas as pd
 
 from sim1.dataset.limits import FILE as LIMITS
+from sim1.dataset.tables import DAMAGED
 from sim1.stage import BadInput
 
 PROVENANCE, KEYPOINTS = "provenance.parquet", "keypoints.json"
+ORIGIN = ("episode_index", "garment", "trajectory", "appearance", "sources")  # columns that say which episode it is
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,17 +27,19 @@ class Beside:
     limits: Mapping[str, list[float]] | None  # lower and upper of every number of state and action
 
     @classmethod
-    def of(cls, folder: Path) -> Self:
-        """Read them.
+    def of(cls, folder: Path, *, episode_count: int) -> Self:
+        """Read them, for a dataset of so many episodes.
 
         Raises:
-            BadInput: one of them is damaged.
+            BadInput: one of them is damaged, or tells of other episodes.
         """
         path = folder / PROVENANCE
-        try:
-            table = pd.read_parquet(path).sort_values("episode_index", ignore_index=True) if path.is_file() else None
-        except (OSError, ValueError, KeyError) as error:
-            raise BadInput(f"{path}: damaged ({error}); make the dataset again") from error
+        table = read_provenance(path) if path.is_file() else None
+        if table is not None and table["episode_index"].tolist() != list(range(episode_count)):
+            raise BadInput(
+                f"{path}: rows of episodes {table['episode_index'].tolist()!s:.60}, the dataset has 0 to {episode_count - 1}; "
+                "make the dataset again, or remove the file where its episodes need not be told apart"
+            )
         return cls(folder=folder, provenance=table, keypoints=_json(folder / KEYPOINTS), limits=_json(folder / LIMITS))
 
     def of_episodes(self, episodes: Sequence[int]) -> "Beside":
@@ -52,6 +56,21 @@ class Beside:
         for name, content in ((KEYPOINTS, self.keypoints), (LIMITS, self.limits)):
             if content is not None:
                 (out / name).write_text(json.dumps(content, indent=1) + "\n")
+
+
+def read_provenance(path: Path) -> pd.DataFrame:
+    """The table, by episode.
+
+    Raises:
+        BadInput: the file is missing or damaged, or a column that names an episode is missing.
+    """
+    try:
+        table = pd.read_parquet(path)
+    except DAMAGED as error:
+        raise BadInput(f"{path}: damaged ({error}); make the dataset again") from error
+    if missing := [name for name in ORIGIN if name not in table]:
+        raise BadInput(f"{path}: no column {', '.join(missing)}; make the dataset again")
+    return table.sort_values("episode_index", ignore_index=True)
 
 
 def joined(parts: Sequence[Beside]) -> Beside:
@@ -94,6 +113,9 @@ def _json(path: Path) -> Any:
     if not path.is_file():
         return None
     try:
-        return json.loads(path.read_text())
-    except ValueError as error:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
         raise BadInput(f"{path}: damaged ({error}); make the dataset again") from error
+    if not isinstance(content, dict):
+        raise BadInput(f"{path}: damaged (the file is {content!r:.40}, not values by name); make the dataset again")
+    return content

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import math
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,6 +21,10 @@ from sim1.dataset.quiet import quiet_libraries
 from sim1.stage import BadInput, random_stream
 
 NAME = "sim1/local"  # LeRobot wants an owner and a name; nothing is looked up under it
+LIKE = (
+    "only like is merged with like: write both with the same features, or take away what one has alone with "
+    "`lerobot-edit-dataset --operation.type remove_feature`"
+)
 
 
 def lerobot_root(folder: Path) -> Path:
@@ -42,17 +48,19 @@ def merge(folders: Sequence[Path], out: Path) -> int:
     from lerobot.datasets.dataset_tools import merge_datasets
 
     roots = [_sound(folder) for folder in folders]
-    kinds = {folder: _kind(root) for folder, root in zip(folders, roots, strict=True)}
-    first = kinds[folders[0]]
-    for folder, kind in kinds.items():
-        if differs := [key for key in sorted({*first, *kind}) if kind.get(key) != first.get(key)]:
-            raise BadInput(f"{folder}: {', '.join(differs)}: not as in {folders[0]}; only like is merged with like")
-    beside = joined([Beside.of(folder) for folder in folders])
-    part = _begin(out)
-    with quiet_libraries():
-        whole = merge_datasets([_open(root) for root in roots], NAME, output_dir=part / "lerobot")
-    beside.write(part)
-    return _finish(part, out, whole.meta.total_episodes)
+    for folder, root in zip(folders[1:], roots[1:], strict=True):
+        if differs := unlike(_info(root), _info(roots[0])):
+            raise BadInput(f"{folder}: not like {folders[0]}: {'; '.join(differs)}; {LIKE}")
+    beside = joined([_beside(folder, root) for folder, root in zip(folders, roots, strict=True)])
+    with _part_of(out) as part:
+        with quiet_libraries():
+            try:
+                merge_datasets([_open(root) for root in roots], NAME, output_dir=part / "lerobot")
+            except ValueError as error:  # two video files under one feature that do not go into one
+                raise BadInput(f"{', '.join(map(str, folders))}: LeRobot cannot merge them: {error}; {LIKE}") from error
+        beside.write(part)
+        _require_sound(part)
+    return sum(_info(root)["total_episodes"] for root in roots)
 
 
 def split(folder: Path, shares: Mapping[str, float], out: Path, seed: int) -> dict[str, int]:
@@ -68,8 +76,8 @@ def split(folder: Path, shares: Mapping[str, float], out: Path, seed: int) -> di
 
     if not math.isclose(sum(shares.values()), 1.0, abs_tol=1e-6) or min(shares.values()) <= 0:
         raise BadInput(f"--share: {dict(shares)} add up to {sum(shares.values()):g}, expected positive shares of 1")
-    root, beside = _sound(folder), Beside.of(folder)
-    count = json.loads((root / "meta" / "info.json").read_text())["total_episodes"]
+    root = _sound(folder)
+    beside, count = _beside(folder, root), _info(root)["total_episodes"]
     groups = np.arange(count) if beside.provenance is None else kindred(_sources(beside.provenance))
     parts = shared_out(groups, shares, seed)
     if empty := [name for name, episodes in parts.items() if not episodes]:
@@ -77,15 +85,15 @@ def split(folder: Path, shares: Mapping[str, float], out: Path, seed: int) -> di
             f"{folder}: {len(set(groups.tolist()))} groups of episodes without a common source cannot fill the parts "
             f"{list(shares)}: {', '.join(empty)} would be empty; make episodes from more demonstrations"
         )
-    part = _begin(out)
-    with quiet_libraries():
-        split_dataset(_open(root), parts, output_dir=part / "made")
-    for name, episodes in parts.items():
-        (part / name).mkdir()
-        (part / "made" / name).rename(part / name / "lerobot")
-        beside.of_episodes(episodes).write(part / name)
-    shutil.rmtree(part / "made")
-    _finish(part, out, count)
+    with _part_of(out) as part:
+        with quiet_libraries():
+            split_dataset(_open(root), parts, output_dir=part / "made")
+        for name, episodes in parts.items():
+            (part / name).mkdir()
+            (part / "made" / name).rename(part / name / "lerobot")
+            beside.of_episodes(episodes).write(part / name)
+        shutil.rmtree(part / "made")
+        _require_sound(part)
     return {name: len(episodes) for name, episodes in parts.items()}
 
 
@@ -123,15 +131,47 @@ def _sound(folder: Path) -> Path:
     return root
 
 
-def _kind(root: Path) -> dict[str, object]:
-    """What must be the same in datasets that are merged."""
-    info = json.loads((root / "meta" / "info.json").read_text())
-    features = {name: (one["dtype"], tuple(one["shape"])) for name, one in info["features"].items()}
-    return {
-        "fps": info["fps"],
-        "robot_type": info["robot_type"],
-        **{f"feature {name}": features[name] for name in features},
-    }
+def _info(root: Path) -> dict[str, Any]:
+    return json.loads((root / "meta" / "info.json").read_text())
+
+
+def _beside(folder: Path, root: Path) -> Beside:
+    """What lies beside a dataset, a row of provenance for each of its episodes."""
+    return Beside.of(folder, episode_count=_info(root)["total_episodes"])
+
+
+def unlike(info: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
+    """In what a dataset's info.json differs from the first one's where LeRobot's merge wants both alike."""
+    from lerobot.configs.video import VIDEO_ENCODER_INFO_KEYS
+
+    differs = [
+        f"{key} is {info.get(key)!r}, there {first.get(key)!r}"
+        for key in ("fps", "robot_type")
+        if info.get(key) != first.get(key)
+    ]
+    here, there = info["features"], first["features"]
+    differs += [f"feature {name} is only here" for name in here if name not in there]
+    differs += [f"feature {name} is only there" for name in there if name not in here]
+    for name in (name for name in here if name in there):
+        one, other = (_flat(features[name]) for features in (here, there))
+        ignored = {f"info.{key}" for key in VIDEO_ENCODER_INFO_KEYS} if here[name]["dtype"] == "video" else ()
+        for key in sorted({*one, *other} - {*ignored}):
+            if one.get(key) != other.get(key):
+                differs.append(f"feature {name}: {key} {_difference(one.get(key), other.get(key))}")
+    return differs
+
+
+def _flat(feature: Mapping[str, Any]) -> dict[str, Any]:
+    info = feature.get("info")
+    inner = {f"info.{key}": value for key, value in info.items()} if isinstance(info, dict) else {"info": info}
+    return {**{key: value for key, value in feature.items() if key != "info"}, **inner}
+
+
+def _difference(one: Any, other: Any) -> str:
+    if isinstance(one, list) and isinstance(other, list) and len(one) == len(other) > 4:
+        place = next(place for place, pair in enumerate(zip(one, other, strict=True)) if pair[0] != pair[1])
+        return f"has {one[place]!r} at place {place}, there {other[place]!r}"
+    return f"is {one!r:.80}, there {other!r:.80}"
 
 
 def _open(root: Path):
@@ -140,20 +180,32 @@ def _open(root: Path):
     return LeRobotDataset(NAME, root=root, video_backend="pyav")
 
 
-def _begin(out: Path) -> Path:
+@contextmanager
+def _part_of(out: Path) -> Iterator[Path]:
+    """A folder beside `out` that takes its place when the block has gone well, and goes away when it has not.
+
+    Raises:
+        BadInput: `out` exists, or cannot be made.
+    """
     if out.exists():
         raise BadInput(f"{out}: exists; give another folder")
     part = out.with_name(f"{out.name}.part")
-    shutil.rmtree(part, ignore_errors=True)
-    part.mkdir(parents=True)
-    return part
+    try:
+        shutil.rmtree(part, ignore_errors=True)  # of a run that was killed
+        part.mkdir(parents=True)
+    except OSError as error:
+        raise BadInput(f"{part}: cannot be made ({error.strerror}); give another folder") from error
+    try:
+        yield part
+        part.rename(out)
+    except BaseException:  # an interrupt as well
+        shutil.rmtree(part, ignore_errors=True)
+        raise
 
 
-def _finish(part: Path, out: Path, count: int) -> int:
-    """Check every dataset in `part` and put it in place."""
+def _require_sound(part: Path) -> None:
+    """Check every dataset in `part`."""
     for info in sorted(part.rglob("meta/info.json")):
         for finding in check_lerobot(info.parents[1]):
             if not finding.passed:
                 raise RuntimeError(f"{part}: {finding.name}: {finding.detail}; nothing was put in place")
-    part.rename(out)
-    return count

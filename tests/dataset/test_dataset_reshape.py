@@ -1,5 +1,7 @@
 """Datasets merged and split: nothing is lost, nothing is twice, kin stay together."""
 
+import copy
+import json
 import re
 import shutil
 
@@ -13,7 +15,7 @@ from typer.testing import CliRunner
 
 from assets_defs.cli import app
 from sim1.dataset.check_provenance import check_provenance
-from sim1.dataset.reshape import kindred, lerobot_root, merge, shared_out, split
+from sim1.dataset.reshape import kindred, lerobot_root, merge, shared_out, split, unlike
 from sim1.dataset.stage import DatasetConfig, check_dataset, dataset
 from sim1.dataset.tables import column, read_tables
 from sim1.stage import BadInput
@@ -124,9 +126,97 @@ def test_what_does_not_fit_is_refused_with_the_feature_and_nothing_is_left(made,
     dataset(
         {"robot": ROBOT, "rendered_episodes": {"towel": rendered}}, tmp_path / "other", DatasetConfig(keypoint_count=4)
     )
-    with pytest.raises(BadInput, match=r"other: feature privileged\.garment_keypoints, fps: not as in"):
+    with pytest.raises(BadInput) as said:
         merge([made, tmp_path / "other"], tmp_path / "out")
+    assert str(said.value).startswith(f"{tmp_path / 'other'}: not like {made}: fps is 15, there 10; ")
+    assert "feature privileged.garment_keypoints: shape is [12], there [15]" in str(said.value)
     assert not list(tmp_path.glob("out*"))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            lambda features: features["action"]["names"].__setitem__(2, "elbow"),
+            "action: names has 'elbow' at place 2, there",
+        ),
+        (lambda features: features["action"].update(names=None), "action: names is None, there ['left_joint_1_rad'"),
+        (lambda features: features.update(heat=dict(features["timestamp"])), "feature heat is only there"),
+        (lambda features: features["action"].update(unit="deg"), "action: unit is 'deg', there None"),
+    ],
+)
+def test_features_that_differ_are_refused_with_both_datasets_the_feature_and_what_to_do(made, change, said):
+    info = json.loads((made / "lerobot/meta/info.json").read_text())
+    other = copy.deepcopy(info)
+    change(other["features"])
+    assert unlike(info, info) == []
+    (found,) = unlike(info, other) if "only there" in said else unlike(other, info)
+    assert said in found
+
+
+def test_names_that_differ_are_refused_before_anything_is_written(made, tmp_path):
+    renamed = tmp_path / "renamed"
+    shutil.copytree(made, renamed)
+    path = renamed / "lerobot/meta/info.json"
+    path.write_text(path.read_text().replace("left_joint_1_rad", "shoulder"))
+    answer = CliRunner().invoke(app, ["dataset", "merge", str(made), str(renamed), "--out", str(tmp_path / "out")])
+    assert answer.exit_code == 2
+    for part in (str(made), str(renamed), "feature action: names has 'shoulder'", "remove_feature"):
+        assert part in answer.stderr.replace("\n", " ")
+    assert not list(tmp_path.glob("out*"))
+
+
+@pytest.mark.parametrize("error", [RuntimeError("disk"), KeyboardInterrupt()])
+def test_nothing_is_left_of_a_merge_or_split_that_fails_or_is_interrupted(made, tmp_path, monkeypatch, error):
+    def failing(*_, output_dir, **__):
+        output_dir.mkdir()
+        raise error
+
+    monkeypatch.setattr("lerobot.datasets.dataset_tools.merge_datasets", failing)
+    monkeypatch.setattr("lerobot.datasets.dataset_tools.split_dataset", failing)
+    with pytest.raises(type(error)):
+        merge([made, made], tmp_path / "out")
+    with pytest.raises(type(error)):
+        split(made, {"one": 0.5, "other": 0.5}, tmp_path / "out", seed=0)
+    assert not list(tmp_path.iterdir())
+
+
+def test_videos_that_do_not_go_into_one_file_are_told(made, tmp_path, monkeypatch):
+    def failing(*_, output_dir, **__):
+        output_dir.mkdir()
+        raise ValueError("Input video b.mp4 is not compatible with the reference video a.mp4.")
+
+    monkeypatch.setattr("lerobot.datasets.dataset_tools.merge_datasets", failing)
+    with pytest.raises(BadInput, match=r"LeRobot cannot merge them: Input video b\.mp4"):
+        merge([made, made], tmp_path / "out")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda table: table.iloc[:3], r"provenance\.parquet: rows of episodes \[0, 1, 2\], the dataset has 0 to 3"),
+        (lambda table: table.drop(columns="sources"), r"provenance\.parquet: no column sources"),
+    ],
+)
+def test_provenance_of_other_episodes_is_refused(made, tmp_path, damage, said):
+    other = tmp_path / "other"
+    shutil.copytree(made, other)
+    damage(pd.read_parquet(other / "provenance.parquet")).to_parquet(other / "provenance.parquet", index=False)
+    with pytest.raises(BadInput, match=said):
+        split(other, {"one": 0.5, "other": 0.5}, tmp_path / "parts", seed=0)
+    with pytest.raises(BadInput, match=said):
+        merge([made, other], tmp_path / "parts")
+    answer = CliRunner().invoke(app, ["dataset", "check", str(other)])
+    assert answer.exit_code == 1
+    assert "FAILED provenance_complete" in answer.stdout
+    assert not list(tmp_path.glob("parts*"))
+
+
+def test_a_place_that_cannot_be_written_to_is_told(made, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BadInput, match=r"cannot be made \(Not a directory\)"):
+        merge([made, made], tmp_path / "file" / "out")
 
 
 def test_a_damaged_dataset_is_refused_and_what_exists_is_not_overwritten(made, tmp_path):
