@@ -171,6 +171,7 @@ def _read_parquet(root: Path, path: Path) -> pa.Table:
 
 def _read_episodes(root: Path, info: dict[str, Any]) -> pd.DataFrame:
     whole = ["episode_index", "length", "dataset_from_index", "dataset_to_index", "data/chunk_index", "data/file_index"]
+    whole += [f"{EPISODES}/chunk_index", f"{EPISODES}/file_index"]
     times = []
     for name, feature in info["features"].items():
         if feature["dtype"] == "video":
@@ -182,6 +183,9 @@ def _read_episodes(root: Path, info: dict[str, Any]) -> pd.DataFrame:
         table = _typed(path, part, expected)
         if "tasks" not in table:
             raise BadInput(f"{path}: no column tasks; {REMEDY}")
+        for row, (chunk, file) in enumerate(zip(table[f"{EPISODES}/chunk_index"], table[f"{EPISODES}/file_index"])):
+            if (said := f"{EPISODES}/chunk-{chunk:03d}/file-{file:03d}.parquet") != path:
+                raise BadInput(f"{path} row {row}: said to be in {said}; {REMEDY}")
         for name, low in (("length", 1), ("dataset_from_index", 0)):
             if (table[name] < low).any():
                 row = int((table[name] < low).to_numpy().argmax())
