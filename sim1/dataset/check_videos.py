@@ -1,6 +1,7 @@
 """Videos of a LeRobot v3 dataset: decodable to the end, and as long as the episodes that lie in them."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -41,8 +42,7 @@ def video_files(root: Path, tables: Tables, key: str) -> Iterator[tuple[Path, pd
 
 def frame_at(path: Path, time_s: float) -> np.ndarray:
     """The frame (h, w, 3) u8 nearest to a time, decoding from the keyframe before it."""
-    with av.open(str(path)) as container:
-        stream = container.streams.video[0]
+    with _opened(path) as (container, stream):
         container.seek(max(round(time_s / stream.time_base) - 1, 0), stream=stream, backward=True)
         best, distance = None, np.inf
         for frame in container.decode(stream):
@@ -55,13 +55,26 @@ def frame_at(path: Path, time_s: float) -> np.ndarray:
         return best.to_ndarray(format="rgb24")
 
 
-def _decode(path: Path) -> tuple[np.ndarray, set[tuple[int, int]]]:
-    """Time of every frame [s] and the sizes (height, width) that occur."""
-    times, sizes = [], set()
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[av.container.InputContainer, av.VideoStream]]:
+    """A video file and its stream.
+
+    Raises:
+        OSError, ValueError, av.error.FFmpegError: it is missing, damaged, or holds no video that can be decoded.
+    """
     with av.open(str(path)) as container:
         if not container.streams.video:
             raise ValueError("no video in it")
         stream = container.streams.video[0]
+        if stream.codec_context is None:  # PyAV ends the process where such a stream is decoded
+            raise ValueError("its video is of no known codec")
+        yield container, stream
+
+
+def _decode(path: Path) -> tuple[np.ndarray, set[tuple[int, int]]]:
+    """Time of every frame [s] and the sizes (height, width) that occur."""
+    times, sizes = [], set()
+    with _opened(path) as (container, stream):
         for frame in container.decode(stream):
             if frame.pts is None:
                 raise ValueError(f"frame {len(times)} has no time")

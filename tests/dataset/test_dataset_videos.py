@@ -2,6 +2,8 @@
 
 import dataclasses
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import av
@@ -109,6 +111,16 @@ def test_a_video_that_is_missing_or_holds_none_is_named(artifact):
     assert "file-000.mp4: cannot be decoded (no video in it)" in said_of(artifact)
     path.unlink()
     assert "file-000.mp4: missing; restore the file" in said_of(artifact)
+
+
+def test_a_video_of_no_known_codec_is_named_and_does_not_end_the_program(artifact):
+    path = only_file(artifact, VIDEO)
+    path.write_bytes(path.read_bytes().replace(b"avc1", b"????").replace(b"avcC", b"????"))
+    script = "import sys; from assets_defs.cli import app; app(['dataset', 'check', sys.argv[1]])"
+    answer = subprocess.run([sys.executable, "-c", script, str(artifact)], capture_output=True, text=True, check=False)
+    assert answer.returncode == 1, answer.stderr
+    assert "file-000.mp4: cannot be decoded (its video is of no known codec)" in answer.stdout
+    assert "FAILED ends_match_pictures" in answer.stdout
 
 
 def test_channels_before_height_and_width_are_read_by_their_names(artifact):
