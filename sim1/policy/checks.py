@@ -61,7 +61,7 @@ def check_experiment(artifact: Path) -> list[Finding]:
         f"{garment} by {ModelKey(*key).file}"
         for garment, drivers in plan["models"].items()
         for key in drivers
-        if not _was_shown(garment, about["lessons"][key[0]]["training_sets"][str(key[1])])
+        if not _was_shown(garment, about["lessons"][key[0]]["training_sets"][str(key[1])][str(key[2])])
     ]
     findings.append(
         Finding(

@@ -27,7 +27,7 @@ from sim1.stage import Facts, Inputs, only
 OPEN_LOOP_COLUMNS = (
     "trained_on", "size", "seed", "tested_on", "garment", "trajectory", "joint_error_rad", "openness_error", "hold_joint_error_rad",
 )  # fmt: skip
-ABOUT_SCHEMA = "sim1.policy_result/2"  # of policy.json
+ABOUT_SCHEMA = "sim1.policy_result/3"  # of policy.json
 TRAINING_SHARE = 0.2  # of the progress bar; trials in the simulator take the rest
 
 
@@ -99,7 +99,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     }
     (out / "policy.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
     largest = models[ModelKey(GENERATED, generated.sizes[-1], config.seeds[0])]
-    shown = (generated.held_out or generated.order)[0]
+    shown = (generated.held_out or generated.orders[config.seeds[0]])[0]
     save_figure(draw_command(largest, shown, held_out=bool(generated.held_out)), out / "command.png", dpi=110)
     for shift, figure in draw_trials(rows, strips).items():
         save_figure(figure, out / f"trials_{shift}.png", dpi=110)
@@ -146,7 +146,7 @@ def _train_all(
     for done, (lesson, size, seed) in enumerate(tasks):
         what = f"training on {size} {lesson.kind} trajectories, seed {seed}"
         report(done, len(tasks), what)
-        models[ModelKey(lesson.kind, size, seed)] = train(lesson.order[:size], garments, plan, seed)
+        models[ModelKey(lesson.kind, size, seed)] = train(lesson.training_set(size, seed), garments, plan, seed)
     return models
 
 
@@ -174,13 +174,17 @@ def _own(row: Mapping[str, object]) -> bool:
 def _told(lesson: Lesson, config: PolicyConfig) -> dict[str, object]:
     wanted = {GENERATED: config.sizes, SIMULATED: config.simulated_sizes, REAL: config.real_sizes}
     return {
-        "available_count": len(lesson.order),
+        "available_count": len(lesson.train),
         "held_out_count": len(lesson.held_out),
         "sizes": lesson.sizes,
         "requested_sizes": list(wanted[lesson.kind]),
         "splits": [split.as_row(name) for name, split in lesson.splits.items()],
         "training_sets": {
-            str(size): [f"{item.garment}/{item.name}" for item in lesson.order[:size]] for size in lesson.sizes
+            str(size): {
+                str(seed): [f"{item.garment}/{item.name}" for item in lesson.training_set(size, seed)]
+                for seed in config.seeds
+            }
+            for size in lesson.sizes
         },
     }
 

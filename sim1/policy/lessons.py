@@ -37,13 +37,21 @@ class ModelKey(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Lesson:
-    """Trajectories of one kind: prefixes of `order` are training sets, each of all garments; `held_out` is in none."""
+    """Trajectories of one kind: those of `train` may be in training sets, `held_out` are in none."""
 
     kind: str
-    order: list[Trajectory]
+    train: list[Trajectory]
+    orders: Mapping[int, list[Trajectory]]  # network's seed -> all of `train`, in a random order of its own
     sizes: list[int]
     held_out: list[Trajectory]
     splits: Mapping[str, GarmentSplit]  # by garment that it shows
+
+    def training_set(self, size: int, seed: int) -> list[Trajectory]:
+        """What the network of a seed learns from, within what it learns from at a greater size.
+
+        Seeds draw apart, so that networks of one size differ by which trajectories they were shown, too.
+        """
+        return self.orders[seed][:size]
 
 
 def read_lessons(dataset: Path, demos: Mapping[str, Mapping[str, Path]], config: PolicyConfig) -> list[Lesson]:
@@ -80,11 +88,11 @@ def none_because(demos: Mapping[str, Path]) -> str:
 def _lesson(kind: str, items: Sequence[Trajectory], sizes: Sequence[int], config: PolicyConfig) -> Lesson:
     splits = split_by_garment(items, config.test_share, config.seed)
     train = [item for split in splits.values() for item in split.train]
-    order = nested_order(train, random_stream(config.seed, "order"))
     return Lesson(
         kind=kind,
-        order=order,
-        sizes=usable_sizes(sizes, len(order), garment_count=len(splits)),
+        train=train,
+        orders={seed: nested_order(train, random_stream(config.seed, "order", seed)) for seed in config.seeds},
+        sizes=usable_sizes(sizes, len(train), garment_count=len(splits)),
         held_out=[item for split in splits.values() for item in split.test],
         splits=splits,
     )

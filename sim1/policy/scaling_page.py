@@ -49,7 +49,8 @@ def write_scaling_page(out: Path, about: Mapping[str, Any]) -> None:
                     for kind, lesson in lessons.items()
                 ],
                 *([] if REAL in lessons else [f"No real demonstrations: {about['no_real_demonstrations']}."]),
-                "Smaller training sets lie within larger ones. Garments take turns in them while their trajectories last, and each set shows all "
+                "Every seed draws trajectories of its own to train on, smaller training sets within larger ones; where a size is all there are, "
+                "all seeds learn from the same ones. Garments take turns in them while their trajectories last, and each set shows all "
                 "garments that there are of its kind: sizes below their number were raised to it.",
                 "Held out of the generated: every trajectory that uses one of the held-out source demonstrations of its garment (split “source”), "
                 "as many as bring the share near to what is asked for; other sources may be shared with training. Split “trajectory”: every trajectory uses every source, so single "

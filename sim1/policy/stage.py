@@ -17,12 +17,12 @@ type Shift = Literal["in-domain", "spatial", "friction"]
 class PolicyConfig:
     """Training on generated and on real trajectories, and trials in a simulated cell."""
 
-    seed: int = 0  # of the split, the order of the trajectories and the placements of the trials
+    seed: int = 0  # of the split, the orders of the trajectories and the placements of the trials
     # Trajectories to train on: of all garments together, at least one each; beyond what there is, all there is.
     sizes: tuple[int, ...] = (2, 4, 8, 16)  # generated
     simulated_sizes: tuple[int, ...] = (4,)  # demonstrations in the simulator, to compare with; empty: none
     real_sizes: tuple[int, ...] = (1, 2, 4)  # demonstrations in what plays reality, likewise
-    seeds: tuple[int, ...] = (0, 1)  # one model per size and seed
+    seeds: tuple[int, ...] = (0, 1)  # one model per size and seed, which draws its training set and its first weights
     test_share: float = Field(0.25, gt=0, lt=1)  # of each garment's trajectories, wanted for the open-loop test
     steps: int = Field(1500, gt=0)  # gradient steps per model
     batch: int = Field(128, gt=0)  # frames per step

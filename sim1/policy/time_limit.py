@@ -26,7 +26,7 @@ def time_limits(
     """
     frames: dict[tuple[str, str], int] = {}
     for lesson in lessons:
-        for item in (*lesson.order, *lesson.held_out):
+        for item in (*lesson.train, *lesson.held_out):
             key = item.garment, lesson.kind
             frames[key] = max(frames.get(key, 0), len(item.state))
     kinds = {name: next(kind for kind in FIRST if (name, kind) in frames) for name in garments}

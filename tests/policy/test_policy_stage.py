@@ -4,6 +4,7 @@ import hashlib
 import json
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 from made_up_cell import CONFIG, failed
@@ -55,7 +56,8 @@ def test_demonstrations_of_either_world_teach_beside_the_generated_ones_and_real
     assert pairs == {(kind, tested) for kind in KINDS for tested in (kind, REAL)}
     real = tested[tested["tested_on"] == REAL]
     held = set(real["trajectory"])
-    assert held.isdisjoint(name.split("/")[1] for name in about["lessons"][REAL]["training_sets"]["2"])
+    sets = about["lessons"][REAL]["training_sets"]["2"]
+    assert held.isdisjoint(name.split("/")[1] for training_set in sets.values() for name in training_set)
     assert held.isdisjoint({"0000"})  # it failed
     trials = pd.read_parquet(out / "evaluation.parquet")
     assert set(trials["trained_on"]) == set(KINDS)
@@ -77,7 +79,7 @@ def test_every_model_has_learnt_from_the_garments_that_it_drives(tmp_path, datas
         "tshirt": {GENERATED},
     }
     for trial in trials.itertuples():
-        training_set = about["lessons"][trial.trained_on]["training_sets"][str(trial.size)]
+        training_set = about["lessons"][trial.trained_on]["training_sets"][str(trial.size)][str(trial.seed)]
         assert trial.garment in {name.split("/")[0] for name in training_set}
 
 
@@ -85,7 +87,7 @@ def test_the_check_sees_a_garment_that_a_model_was_not_shown(artifact):
     path = artifact[0] / "policy.json"
     about = json.loads(path.read_text())
     sets = about["lessons"][GENERATED]["training_sets"]
-    sets["2"] = [name for name in sets["2"] if not name.startswith("towel/")]
+    sets["2"]["0"] = [name for name in sets["2"]["0"] if not name.startswith("towel/")]
     path.write_text(json.dumps(about))
     assert failed(check_policy(artifact[0])) == ["nobody_drives_what_it_was_not_shown"]
 
@@ -105,9 +107,25 @@ def test_held_out_trajectories_never_train(artifact, dataset):
     about = json.loads((artifact[0] / "policy.json").read_text())
     tested = pd.read_parquet(artifact[0] / "open_loop.parquet")
     lesson = about["lessons"][GENERATED]
-    trained = set(lesson["training_sets"][str(max(lesson["sizes"]))])
+    trained = set().union(*lesson["training_sets"][str(max(lesson["sizes"]))].values())
     assert trained.isdisjoint({f"{row.garment}/{row.trajectory}" for row in tested.itertuples()})
     assert [(row["split"], row["held-out sources"]) for row in lesson["splits"]] == 2 * [("source", ["0002"])]
+
+
+def test_each_network_seed_draws_trajectories_of_its_own_and_learns_from_them(tmp_path, dataset, bench, trajectories):
+    """Of one seed smaller sets lie within larger ones; what a network's inputs centre on are the states it was shown."""
+    out, config = tmp_path / "p", replace(CONFIG, sizes=(2, 4), seeds=(0, 1, 2, 3), steps=1, trial_count=0)
+    out.mkdir()
+    policy({"dataset": {"": dataset.path}}, out, config)
+    sets = json.loads((out / "policy.json").read_text())["lessons"][GENERATED]["training_sets"]
+    assert {frozenset(names) for names in sets["2"].values()} > {frozenset(sets["2"]["0"])}
+    for seed in map(str, config.seeds):
+        assert sets["4"][seed][:2] == sets["2"][seed]
+    known = {f"{item.garment}/{item.name}": item for item in trajectories}
+    for size, seed in (("2", 0), ("2", 3), ("4", 1)):
+        model = load_policy(out / "policies" / f"generated_{size}_{seed}.safetensors")
+        shown = np.concatenate([known[name].state for name in sets[size][str(seed)]])
+        np.testing.assert_allclose(model.input_mean[: shown.shape[1]], shown.mean(axis=0), atol=1e-5)
 
 
 def test_same_config_same_bytes(tmp_path, dataset, bench, artifact):

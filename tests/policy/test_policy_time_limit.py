@@ -20,7 +20,7 @@ def lasting(garment, frames):
 
 
 def lesson(kind, *items, held_out=()):
-    return Lesson(kind=kind, order=list(items), sizes=[], held_out=list(held_out), splits={})
+    return Lesson(kind=kind, train=list(items), orders={}, sizes=[], held_out=list(held_out), splits={})
 
 
 def test_it_is_by_garment_and_by_real_demonstrations_those_held_out_included():

@@ -155,7 +155,7 @@ def test_the_preferred_garments_drive_first(count, first, driven):
 )
 def test_the_largest_and_the_smallest_models_drive_first(sizes, count, driven):
     config = PolicyConfig(evaluate_sizes=count, evaluate_seeds=1, seeds=(7, 8))
-    lesson = Lesson(kind=REAL, order=[], sizes=sizes, held_out=[], splits={})
+    lesson = Lesson(kind=REAL, train=[], orders={}, sizes=sizes, held_out=[], splits={})
     assert trial_models(lesson, config) == [ModelKey(REAL, size, 7) for size in driven]
 
 
