@@ -14,8 +14,8 @@ class Interval(NamedTuple):
     high: float
 
 
-def wilson_interval(success_count: int, trial_count: int, confidence: float = 0.95) -> Interval:
-    """Wilson score interval of a probability; (0, 1) when nothing was tried.
+def wilson_interval(success_count: float, trial_count: float, confidence: float = 0.95) -> Interval:
+    """Wilson score interval of a probability; (0, 1) when nothing was tried. Counts may be effective ones, no whole numbers.
 
     Unlike the normal approximation it stays honest for few trials and for 0 or all successes.
     Source: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
@@ -40,16 +40,23 @@ def wilson_interval(success_count: int, trial_count: int, confidence: float = 0.
     return Interval(low, high)
 
 
-def difference_interval(first: tuple[int, int], second: tuple[int, int]) -> Interval:
-    """95 % interval of the first share minus the second, each given as (successes, trials); the trials are taken as independent.
+def difference_interval(
+    first: tuple[float, Interval], second: tuple[float, Interval], correlation: float = 0.0
+) -> Interval:
+    """Interval of the first share minus the second, each given with its own interval; `correlation` is that of the two shares.
 
-    Source: R. G. Newcombe, Stat. Med. 17 (1998) 873, method 10: Wilson's limits, squared and added.
+    Source: R. G. Newcombe, Stat. Med. 17 (1998) 873, method 10, and 2635, method 10, for paired trials: distances of the limits,
+    squared and added.
     """
-    one, other = first[0] / first[1], second[0] / second[1]
-    own, others = wilson_interval(*first), wilson_interval(*second)
-    down = ((one - own.low) ** 2 + (others.high - other) ** 2) ** 0.5
-    up = ((own.high - one) ** 2 + (other - others.low) ** 2) ** 0.5
-    return Interval(one - other - down, one - other + up)
+    (one, own), (other, others) = first, second
+    value = one - other
+    down = _across(one - own.low, others.high - other, correlation)
+    up = _across(own.high - one, other - others.low, correlation)
+    return Interval(max(-1.0, value - down), min(1.0, value + up))
+
+
+def _across(one: float, other: float, correlation: float) -> float:
+    return max(0.0, one**2 - 2 * correlation * one * other + other**2) ** 0.5
 
 
 def bootstrap_mean_interval(
@@ -72,10 +79,10 @@ def bootstrap_mean_interval(
     return Interval(float(low), float(high))
 
 
-def describe_share(success_count: int, trial_count: int) -> str:
-    """A share as people read it: "3 of 10 = 30 % (95 % interval 11 to 60 %)"."""
+def describe_share(success_count: int, trial_count: int, interval: Interval | None = None) -> str:
+    """A share as people read it: "3 of 10 = 30 % (95 % interval 11 to 60 %)"; without an interval of its own, Wilson's."""
     if trial_count == 0:
         return "none tried"
-    low, high = wilson_interval(success_count, trial_count)
+    low, high = interval or wilson_interval(success_count, trial_count)
     share = 100 * success_count / trial_count
     return f"{success_count} of {trial_count} = {share:.0f} % (95 % interval {100 * low:.0f} to {100 * high:.0f} %)"

@@ -1,6 +1,7 @@
 """What must hold in the artifacts of this room."""
 
 import json
+from collections.abc import Sequence
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -10,7 +11,8 @@ from sim1.policy.counting import read_table
 from sim1.policy.lessons import GENERATED, REAL, ModelKey
 from sim1.policy.model import load_policy
 from sim1.stage import BadInput, Finding
-from sim1.statistics import wilson_interval
+
+COUNTS = ("success_count", "trial_count")
 
 
 def check_experiment(artifact: Path) -> list[Finding]:
@@ -109,25 +111,29 @@ def check_curve(artifact: Path) -> list[Finding]:
     points = json.loads((artifact / "curve.json").read_text())["points"]
     tried = [one for point in points for one in point["trials"]]
     errors = [error for point in points for error in point["errors"]]
-    findings = page_findings(artifact, [f"{one['success_count']} of {one['trial_count']}" for one in tried])
-    outside = [
-        error["joint_error_rad"]
-        for error in errors
-        if error["interval_rad"]
-        and not error["interval_rad"][0] - 1e-12 <= error["joint_error_rad"] <= error["interval_rad"][1] + 1e-12
+    shares = [(one["success_count"] / one["trial_count"], one["interval"]) for one in tried]
+    means = [(error["joint_error_rad"], error["interval_rad"]) for error in errors if error["interval_rad"]]
+    apart = [
+        f"{point['size']} {point['trained_on']}"
+        for point in points
+        if point["all_trials"]
+        and any(sum(one[key] for one in point["trials"]) != point["all_trials"][key] for key in COUNTS)
     ]
-    findings.append(
-        Finding(name="intervals_hold_their_values", passed=not outside, detail=f"errors outside: {outside or 'none'}")
-    )
-    wrong = [
-        one
-        for one in tried
-        if not np.allclose(one["interval"], wilson_interval(one["success_count"], one["trial_count"]))
+    return [
+        *page_findings(artifact, [f"{one['success_count']} of {one['trial_count']}" for one in tried]),
+        _held([*shares, *means]),
+        Finding(name="shifts_add_up", passed=not apart, detail=f"counts of all shifts that are not: {apart or 'none'}"),
     ]
-    findings.append(
-        Finding(name="success_intervals_follow_from_counts", passed=not wrong, detail=f"wrong: {wrong or 'none'}")
+
+
+def _held(values: Sequence[tuple[float, Sequence[float]]]) -> Finding:
+    """Of values with their intervals."""
+    outside = [value for value, (low, high) in values if not low - 1e-12 <= value <= high + 1e-12]
+    return Finding(
+        name="intervals_hold_their_values",
+        passed=not outside,
+        detail=f"{len(values)} intervals, values outside: {outside or 'none'}",
     )
-    return findings
 
 
 def check_table(artifact: Path) -> list[Finding]:

@@ -7,8 +7,9 @@ from typing import Any
 
 import pandas as pd
 
+from sim1.clustered_share import Difference
 from sim1.stage import BadInput
-from sim1.statistics import wilson_interval
+from sim1.statistics import Interval, wilson_interval
 
 NOT_RUN = "not run"
 _DECISION = ("accepted", "success", "perturbed")
@@ -58,12 +59,21 @@ def read_decisions(artifacts: Mapping[str, Path]) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True)
 
 
-def rate(count: int, total: int) -> str:
-    """A share in percent as a cell of a table: "42 (32 to 53), 36 of 85", with Wilson's 95 % interval."""
+def rate(count: int, total: int, interval: Interval | None = None) -> str:
+    """A share in percent as a cell of a table: "42 (32 to 53), 36 of 85"; without an interval of its own, with Wilson's."""
     if not total:
         return NOT_RUN
-    low, high = wilson_interval(count, total)
+    low, high = interval or wilson_interval(count, total)
     return f"{together(f'{100 * count / total:.0f} ({100 * low:.0f} to {100 * high:.0f}),')} {together(f'{count} of {total}')}"
+
+
+def percentage_points(difference: Difference | None) -> str:
+    """A difference in percentage points as a cell of a table: "+33 (+8 to +53), 30 pairs"."""
+    if difference is None:
+        return NOT_RUN
+    low, high = (f"{100 * limit:+.0f}" for limit in difference.interval)
+    pairs = "1 pair" if difference.pair_count == 1 else f"{difference.pair_count} pairs"
+    return f"{together(f'{100 * difference.value:+.0f} ({low} to {high}),')} {together(pairs)}"
 
 
 def together(words: str) -> str:

@@ -1,17 +1,19 @@
 """`curve.json`: what the scaling report measured, for its own page and for the page of all results."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import pydantic
 
+from sim1.clustered_share import Difference
 from sim1.policy.counting import read_figures
 from sim1.policy.equivalence import Worth
 from sim1.policy.scaling import Point, PowerLaw, Task
 from sim1.stage import BadInput
 
-SCHEMA = "sim1.curve/4"
+SCHEMA = "sim1.curve/5"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +24,7 @@ class Curve:
     fits: tuple[PowerLaw, ...]
     worths: tuple[Worth | str, ...]  # a text says why one is not known
     tasks: tuple[Task, ...]
+    over_real: Mapping[str, Difference]  # shift, or average -> generated minus real
 
 
 def write_curve(artifact: Path, curve: Curve) -> None:

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from sim1.policy.lessons import GENERATED, KINDS
+from sim1.clustered_share import Difference
+from sim1.policy import paper
+from sim1.policy.lessons import GENERATED, KINDS, REAL
+from sim1.policy.tried import Tried, compare, count
 from sim1.stage import random_stream
-from sim1.statistics import Interval, bootstrap_mean_interval, wilson_interval
+from sim1.statistics import Interval, bootstrap_mean_interval
 
 MIN_SIZES = 3  # a curve with two parameters through fewer points would be a drawing
 
@@ -25,16 +28,6 @@ class Error:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tried:
-    """Closed-loop trials in one setting."""
-
-    shift: str
-    trial_count: int
-    success_count: int
-    interval: Interval  # Wilson
-
-
-@dataclass(frozen=True, kw_only=True)
 class Point:
     """What was measured at one training size, all seeds together."""
 
@@ -42,7 +35,8 @@ class Point:
     size: int  # trajectories
     seed_count: int
     errors: tuple[Error, ...]
-    trials: tuple[Tried, ...]
+    trials: tuple[Tried, ...]  # by shift
+    all_trials: Tried | None  # of all shifts together; None: none was run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +81,8 @@ def measure(open_loop: pd.DataFrame, trials: pd.DataFrame, sizes: dict[str, Sequ
                     for tested in KINDS
                     if (errors["tested_on"] == tested).any()
                 ),
-                trials=tuple(_tried(runs[runs["shift"] == shift], shift) for shift in dict.fromkeys(runs["shift"])),
+                trials=tuple(count(runs[runs["shift"] == shift], shift) for shift in dict.fromkeys(runs["shift"])),
+                all_trials=count(runs, paper.AVERAGE) if len(runs) else None,
             )
         )
     return points
@@ -98,9 +93,23 @@ def measure_tasks(trials: pd.DataFrame) -> list[Task]:
     runs = trials[(trials["trained_on"] == GENERATED) & (trials["shift"] == "in-domain")]
     largest = runs[runs["size"] == runs["size"].max()]
     return [
-        Task(garment=garment, size=int(own["size"].iloc[0]), tried=_tried(own, "in-domain"))
+        Task(garment=garment, size=int(own["size"].iloc[0]), tried=count(own, "in-domain"))
         for garment, own in largest.groupby("garment", sort=False)
     ]
+
+
+def measure_over_real(trials: pd.DataFrame) -> dict[str, Difference]:
+    """Success after generated trajectories minus that after real demonstrations, at the largest number of either that drove.
+
+    By shift, and `paper.AVERAGE` over all; over trials from the same placements. Empty where there is no pair.
+    """
+    of = {kind: trials[trials["trained_on"] == kind] for kind in (GENERATED, REAL)}
+    generated, real = (runs[runs["size"] == runs["size"].max()] for runs in of.values())
+    parts = {shift: (generated[generated["shift"] == shift], real) for shift in dict.fromkeys(generated["shift"])}
+    found = {
+        name: compare(*sides, also=["shift"]) for name, sides in {**parts, paper.AVERAGE: (generated, real)}.items()
+    }
+    return {name: difference for name, difference in found.items() if difference}
 
 
 def _error(errors: pd.DataFrame, tested_on: str, seed: int) -> Error:
@@ -113,13 +122,6 @@ def _error(errors: pd.DataFrame, tested_on: str, seed: int) -> Error:
         joint_error_rad=float(values.mean()),
         interval_rad=bootstrap_mean_interval(values, random_stream(seed, "scaling", size)) if len(values) > 1 else None,
         hold_joint_error_rad=float(errors["hold_joint_error_rad"].mean()),
-    )
-
-
-def _tried(runs: pd.DataFrame, shift: str) -> Tried:
-    successes = int(runs["success"].sum())
-    return Tried(
-        shift=shift, trial_count=len(runs), success_count=successes, interval=wilson_interval(successes, len(runs))
     )
 
 

@@ -13,6 +13,7 @@ from sim1.policy.equivalence import Worth
 from sim1.policy.lessons import NAMES, REAL
 from sim1.policy.scaling import Point, PowerLaw
 from sim1.policy.shift_table import OURS, shift_section, task_section
+from sim1.policy.tried import said_of_intervals
 from sim1.report import Picture, Section, write_report
 from sim1.statistics import describe_share
 
@@ -74,19 +75,21 @@ def result_sections(artifact: Path) -> list[Section]:
     curve = read_curve(artifact)
     tried = [one for point in curve.points for one in point.trials]
     trials, successes = sum(one.trial_count for one in tried), sum(one.success_count for one in tried)
+    networks = {f"{p.size} {NAMES[p.trained_on]}": p.all_trials.network_count for p in curve.points if p.all_trials}
     pictures = [artifact / name for name in ("success.png", "error.png") if (artifact / name).exists()]
     return [
         Section(
             heading="Scaling curves",
             paragraphs=[
                 *_laws(curve.fits),
-                f"Closed loop, all together: {describe_share(successes, trials)}. The paper draws its curves and prints no figures of them.",
+                f"Closed loop, all together: {f'{successes} of {trials}' if trials else 'none tried'}. The paper draws its curves and prints no figures of them.",
+                *([said_of_intervals(networks)] if tried else []),
                 *STAND_INS,
             ],
             table=[_shown(point) for point in curve.points],
             pictures=[Picture(path=path) for path in pictures],
         ),
-        shift_section(curve.points),
+        shift_section(curve.points, curve.over_real),
         task_section(curve.tasks),
         _worth_section(curve.worths, {one.shift for one in tried}),
     ]
@@ -173,7 +176,7 @@ def _shown(point: Point) -> dict[str, object]:
             f"standing still {np.degrees(error.hold_joint_error_rad):.3g}"
         )
     for tried in point.trials:
-        row[f"Success, {tried.shift}"] = describe_share(tried.success_count, tried.trial_count)
+        row[f"Success, {tried.shift}"] = describe_share(tried.success_count, tried.trial_count, tried.interval)
     return row
 
 

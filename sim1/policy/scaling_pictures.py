@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sim1.policy.lessons import GENERATED, KINDS, NAMES, REAL, SIMULATED
-from sim1.policy.scaling import Error, Point, PowerLaw, Tried
+from sim1.policy.scaling import Error, Point, PowerLaw
+from sim1.policy.tried import Tried
 
 COLORS = {GENERATED: "#1f6fb4", SIMULATED: "#5a8f3c", REAL: "#b4531f"}
 
@@ -52,7 +53,7 @@ def draw_success(points: Sequence[Point]) -> Figure:
                     note = f"{tried.success_count} of {tried.trial_count}"
                     axes.annotate(note, (size, share), (5, 5), textcoords="offset points", fontsize=7)
         _size_axis(axes, points)
-        axes.set(ylabel="success (%), 95 % Wilson interval", ylim=(-4, 108))
+        axes.set(ylabel="success (%), 95 % interval", ylim=(-4, 108))
         axes.set_title(f"Closed loop, simulated: {shift}", fontsize=10)
         axes.legend(frameon=False, fontsize=8)
     return figure

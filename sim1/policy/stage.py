@@ -93,7 +93,7 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
     from sim1.policy.curve import Curve, write_curve
     from sim1.policy.equivalence import Worth, worth
     from sim1.policy.lessons import GENERATED
-    from sim1.policy.scaling import fit_power_laws, measure, measure_tasks
+    from sim1.policy.scaling import fit_power_laws, measure, measure_over_real, measure_tasks
     from sim1.policy.scaling_page import write_scaling_page
     from sim1.policy.scaling_pictures import draw_error, draw_success
 
@@ -108,8 +108,14 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
         save_figure(draw_error(points, fits), out / "error.png", dpi=110)
     if len(trials):
         save_figure(draw_success(points), out / "success.png", dpi=110)
-    tasks = measure_tasks(trials)
-    write_curve(out, Curve(points=tuple(points), fits=tuple(fits), worths=tuple(worths), tasks=tuple(tasks)))
+    curve = Curve(
+        points=tuple(points),
+        fits=tuple(fits),
+        worths=tuple(worths),
+        tasks=tuple(measure_tasks(trials)),
+        over_real=measure_over_real(trials),
+    )
+    write_curve(out, curve)
     write_scaling_page(out, about)
     largest = next(point for point in reversed(points) if point.trained_on == GENERATED)
     own = next((error for error in largest.errors if error.tested_on == GENERATED), None)

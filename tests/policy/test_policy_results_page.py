@@ -25,16 +25,17 @@ ROOT = Path(__file__).parents[2]
 NOTHING = {part.stage: {} for part in PARTS}
 
 
-def a_policy(folder):
+def a_policy(folder, seeds=(0,)):
     """Trials of a towel in-domain and moved; 20 of 30 succeed after 16 generated trajectories, 10 of 30 after 8 real ones."""
     folder.mkdir()
     rows = [
         {
-            "trained_on": kind, "size": size, "seed": 0, "garment": "towel", "shift": shift, "trial": number,
+            "trained_on": kind, "size": size, "seed": seed, "garment": "towel", "shift": shift, "trial": number,
             "success": number < wins, "failure": None if number < wins else "slip",
         }
         for kind, size, wins in ((GENERATED, 2, 1), (GENERATED, 16, 20), (REAL, 8, 10))
         for shift in ("in-domain", "spatial")
+        for seed in seeds
         for number in range(30)
     ]  # fmt: skip
     pd.DataFrame(rows).to_parquet(folder / "evaluation.parquet")
@@ -132,12 +133,27 @@ def test_success_by_shift_has_counts_an_interval_and_the_papers_figure_beside_it
     spatial = rows["spatial"]
     assert plain(spatial["Generated trajectories, 16 | here"]) == "67 (49 to 81), 20 of 30"
     assert spatial["Generated trajectories, 16 | paper"] == 93
-    assert plain(spatial["Generated minus real | here"]) == "+33 (+8 to +53)"
+    assert plain(spatial["Generated minus real | here"]) == "+33 (+14 to +48), 30 pairs"
     assert spatial["Generated minus real | paper"] == "+50"
     assert rows["lighting"]["Generated trajectories, 16 | here"] == "not run"
     assert rows["lighting"]["Generated trajectories, 16 | paper"] == 82
     assert rows["average"]["Demonstrations in the simulator | here"] == "not run"
     assert rows["average"]["Demonstrations in the simulator | paper"] == 87
+
+
+def test_what_intervals_of_one_network_do_not_hold_is_said_where_they_stand(made, tmp_path):
+    sections = results(made, {})
+    for heading in ("Scaling curves", "Success by shift", "Success by garment"):
+        said = " ".join(section(sections, heading).paragraphs)
+        assert "One network alone drove everywhere here" in said
+        assert "what another network would do is not in it" in said
+    (tmp_path / "s").mkdir()
+    a_policy(tmp_path / "p", seeds=(0, 1))
+    scaling_report({"policy": {"": tmp_path / "p"}}, tmp_path / "s", ScalingReportConfig())
+    sections = results({"scaling_report": {"": tmp_path / "s"}}, {})
+    said = " ".join(section(sections, "Success by shift").paragraphs)
+    assert "spread between networks" in said
+    assert "One network alone" not in said
 
 
 def test_success_by_garment_names_those_of_the_paper_that_were_not_run(made):

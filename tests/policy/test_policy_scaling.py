@@ -4,7 +4,7 @@ import pytest
 
 from sim1.policy.equivalence import Worth, by_error, by_success, worth
 from sim1.policy.lessons import GENERATED, REAL
-from sim1.policy.scaling import PowerLaw, fit_power_law, measure
+from sim1.policy.scaling import PowerLaw, fit_power_law, measure, measure_over_real, measure_tasks
 
 
 def errors(sizes, scale=0.4, exponent=0.5, noise=0.0, trajectories=12, seeds=3, trained_on=GENERATED, tested_on=None):
@@ -51,6 +51,7 @@ def test_nothing_held_out_is_no_curve_and_no_error():
     assert not isinstance(fit_power_law(empty, seed=0), PowerLaw)
     [point] = measure(empty, NO_TRIALS, {GENERATED: [4]}, seed=0)
     assert point.errors == point.trials == ()
+    assert point.all_trials is None
 
 
 def test_seeds_do_not_narrow_the_interval_as_if_they_were_trajectories():
@@ -85,6 +86,54 @@ def test_trials_are_counted_by_kind_size_and_shift():
         [("spatial", 1, 3), ("friction", 2, 2)],
         [("spatial", 0, 1)],
     ]
+
+
+def networks(kind, size, wins, **others):
+    """Trials of a network each, which succeed so often."""
+    return pd.concat([trials(kind, size, won, of=10, seed=seed, **others) for seed, won in enumerate(wins)])
+
+
+def test_networks_that_differ_leave_more_open_than_as_many_trials_of_networks_alike():
+    sizes = {GENERATED: [4]}
+    alike, apart = (
+        measure(errors([4]), networks(GENERATED, 4, wins), sizes, seed=0)[0].trials[0]
+        for wins in ((6, 5, 5, 5, 4), (10, 10, 5, 0, 0))
+    )
+    assert (alike.success_count, alike.trial_count, alike.network_count) == (25, 50, 5)
+    assert alike.interval == pytest.approx((0.366, 0.634), abs=1e-3)  # Wilson's of 25 of 50
+    assert apart.interval.low < 0.15
+    assert apart.interval.high > 0.85
+    [task] = measure_tasks(networks(GENERATED, 4, (10, 10, 5, 0, 0), shift="in-domain"))
+    assert task.tried.interval == apart.interval
+
+
+def test_shifts_taken_together_are_no_more_networks_and_of_one_network_no_more_starts():
+    both = [
+        networks(GENERATED, 4, wins, shift=shift) for shift in ("in-domain", "spatial") for wins in [(9, 9, 5, 1, 1)]
+    ]
+    [point] = measure(errors([4]), pd.concat(both), {GENERATED: [4]}, seed=0)
+    assert (point.all_trials.trial_count, point.all_trials.network_count) == (100, 5)
+    assert point.all_trials.interval == pytest.approx(point.trials[0].interval, abs=0.02)
+    alone = [trials(GENERATED, 4, 10, shift=shift) for shift in ("in-domain", "spatial")]
+    [point] = measure(errors([4]), pd.concat(alone), {GENERATED: [4]}, seed=0)
+    assert point.all_trials.interval == pytest.approx(point.trials[0].interval, abs=0.02)  # twenty starts, not forty
+
+
+def test_generated_and_real_compare_at_the_largest_size_over_trials_from_the_same_placements():
+    tried = pd.concat(
+        [
+            networks(GENERATED, 2, (0, 0)),
+            networks(GENERATED, 8, (8, 6)),
+            networks(GENERATED, 8, (10, 10), shift="friction"),
+            networks(REAL, 4, (4, 2, 9)),
+        ]
+    )
+    found = measure_over_real(tried)
+    assert list(found) == ["spatial", "average"]  # with friction the real ones were not tried
+    assert (found["spatial"].pair_count, found["spatial"].value) == (20, pytest.approx(0.4))
+    assert found["spatial"].interval.low < 0.4 < found["spatial"].interval.high
+    assert found["average"] == found["spatial"]
+    assert measure_over_real(networks(GENERATED, 8, (8, 6))) == {}
 
 
 def test_a_real_demonstration_is_worth_the_generated_ones_that_reach_its_error():

@@ -180,3 +180,14 @@ def test_scaling_report_states_its_counts_and_stands_alone(tmp_path, artifact):
     page = page.replace("\N{NO-BREAK SPACE}", " ").replace("0 of 4", "4 of 4")
     (out / "report.html").write_text(page + '<img src="https://example.org/x.png">')
     assert failed(check_scaling_report(out)) == ["page_states_its_counts", "page_stands_alone"]
+
+
+def test_check_sees_a_success_outside_its_interval_and_shifts_that_do_not_add_up(tmp_path, artifact):
+    out = tmp_path / "scaling"
+    out.mkdir()
+    scaling_report({"policy": {"": artifact[0]}}, out, ScalingReportConfig())
+    curve = json.loads((out / "curve.json").read_text())
+    curve["points"][0]["trials"][0]["interval"] = [0.5, 0.9]
+    curve["points"][0]["all_trials"]["trial_count"] += 1
+    (out / "curve.json").write_text(json.dumps(curve))
+    assert failed(check_scaling_report(out)) == ["intervals_hold_their_values", "shifts_add_up"]

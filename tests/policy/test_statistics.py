@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim1.statistics import bootstrap_mean_interval, describe_share, difference_interval, wilson_interval
+from sim1.statistics import Interval, bootstrap_mean_interval, describe_share, difference_interval, wilson_interval
 
 
 @pytest.mark.parametrize(
@@ -68,5 +68,16 @@ def test_bootstrap_refuses_what_has_no_mean():
 
 def test_the_interval_of_a_difference_is_newcombes():
     """Table II of his paper, 56 of 70 minus 48 of 80 by method 10."""
-    assert difference_interval((56, 70), (48, 80)) == pytest.approx((0.0524, 0.3339), abs=1e-4)
-    assert difference_interval((10, 10), (0, 10)).high == 1.0
+    sides = [(won / of, wilson_interval(won, of)) for won, of in ((56, 70), (48, 80))]
+    assert difference_interval(*sides) == pytest.approx((0.0524, 0.3339), abs=1e-4)
+    assert difference_interval((1.0, wilson_interval(10, 10)), (0.0, wilson_interval(0, 10))).high == 1.0
+
+
+def test_shares_that_rise_and_fall_together_differ_less():
+    sides = [(won / of, wilson_interval(won, of)) for won, of in ((56, 70), (48, 70))]
+    apart, together = difference_interval(*sides), difference_interval(*sides, correlation=0.5)
+    assert apart.low < together.low < together.high < apart.high
+
+
+def test_a_share_with_an_interval_of_its_own_is_described_with_that():
+    assert describe_share(3, 10, Interval(0.01, 0.9)) == "3 of 10 = 30 % (95 % interval 1 to 90 %)"
