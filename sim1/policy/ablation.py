@@ -1,20 +1,24 @@
-"""The ablation table: what each variant of the pipeline does to pass rate and success rate."""
+"""The ablation table: what each variant of the pipeline does to pass rate and success rate, and to success against the base."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from sim1.clustered_share import Difference
+from sim1.policy import paper
 from sim1.policy.counting import read_decisions, read_table
 from sim1.policy.lessons import GENERATED
+from sim1.policy.tried import Tried, compare, count
 from sim1.stage import BadInput, Inputs
 from sim1.statistics import Interval, wilson_interval
 
 BASE = "base"
 STAGES = ("valid_trajectories", "policy")
-SCHEMA = "sim1.ablation/1"
+SCHEMA = "sim1.ablation/2"
 PAPER_METHODS = {  # variant -> the paper's method that it comes nearest to, in the order of its table
     "slicing": "Baseline",
     "decomposition": "+ trajectory decomposition",
@@ -25,24 +29,21 @@ PAPER_METHODS = {  # variant -> the paper's method that it comes nearest to, in 
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """Counts of one variant; success is None where no trial was run."""
+    """Counts of one variant."""
 
     variant: str
     candidate_count: int  # without those disturbed on purpose
     accepted_count: int
     sound_count: int  # accepted by the filters and judged a success in simulation
-    trial_count: int
-    success_count: int
-    shifts: tuple[tuple[str, int, int], ...]  # name, successes, trials
+    training_size: int | None  # trajectories that the policy learnt from; None: no trial was run
+    all_trials: Tried | None
+    shifts: tuple[Tried, ...]
+    over_base: Difference | None  # success minus the base's; None: it is the base's policy, or they share no placement
     own_stages: tuple[str, ...]  # the rest is the base graph's own artifact
 
     @property
     def pass_interval(self) -> Interval:
         return wilson_interval(self.accepted_count, self.candidate_count)
-
-    @property
-    def success_interval(self) -> Interval:
-        return wilson_interval(self.success_count, self.trial_count)
 
 
 def variants_of(inputs: Inputs) -> list[str]:
@@ -65,27 +66,32 @@ def count_variant(inputs: Inputs, variant: str) -> Row:
     decisions = decisions[~decisions["perturbed"]]  # disturbed on purpose, for the filters to see failures
     # A variant may end before its policy. Other trajectories never stand beside the base's one: it was not tried, then.
     tried = "policy" in own or "valid_trajectories" not in own
-    trials = pd.concat([read_table(path / "evaluation.parquet") for path in found["policy"].values()])
-    trials = trials[trials["trained_on"] == GENERATED]  # real demonstrations are those of every variant
-    largest = trials[trials["size"] == trials["size"].max()] if tried else trials[:0]
-    shifts = tuple(
-        (shift, int(runs["success"].sum()), len(runs)) for shift, runs in largest.groupby("shift", sort=False)
-    )
+    trials = _largest(found["policy"])
+    trials = trials if tried else trials[:0]
+    other = variant != BASE and "policy" in own
     return Row(
         variant=variant,
         candidate_count=len(decisions),
         accepted_count=int(decisions["accepted"].sum()),
         sound_count=int((decisions["accepted"] & decisions["success"]).sum()),
-        trial_count=len(largest),
-        success_count=int(largest["success"].sum()),
-        shifts=shifts,
+        training_size=int(trials["size"].iloc[0]) if len(trials) else None,
+        all_trials=count(trials, paper.AVERAGE) if len(trials) else None,
+        shifts=tuple(count(runs, shift) for shift, runs in trials.groupby("shift", sort=False)),
+        over_base=compare(trials, _largest(inputs["policy"]), also=["shift"]) if other else None,
         own_stages=tuple(own),
     )
 
 
+def _largest(policies: Mapping[str, Path]) -> pd.DataFrame:
+    """Trials after the largest number of generated trajectories; real demonstrations are those of every variant."""
+    trials = pd.concat([read_table(path / "evaluation.parquet") for path in policies.values()])
+    trials = trials[trials["trained_on"] == GENERATED]
+    return trials[trials["size"] == trials["size"].max()]
+
+
 def as_record(row: Row) -> Mapping[str, object]:
     """JSON form, rates as shares of 1."""
-    tried = row.trial_count > 0
+    tried = row.all_trials
     return {
         "variant": row.variant,
         "candidate_count": row.candidate_count,
@@ -93,11 +99,13 @@ def as_record(row: Row) -> Mapping[str, object]:
         "accepted_and_successful_count": row.sound_count,
         "pass_rate": row.accepted_count / row.candidate_count if row.candidate_count else None,
         "pass_rate_ci95": list(row.pass_interval),
-        "trial_count": row.trial_count,
-        "success_count": row.success_count,
-        "success_rate": row.success_count / row.trial_count if tried else None,
-        "success_rate_ci95": list(row.success_interval),
-        "shifts": {name: {"success_count": some, "trial_count": of} for name, some, of in row.shifts},
+        "training_size": row.training_size,
+        "trial_count": tried.trial_count if tried else 0,
+        "success_count": tried.success_count if tried else 0,
+        "success_rate": tried.success_count / tried.trial_count if tried else None,
+        "all_trials": tried and asdict(tried),
+        "shifts": [asdict(one) for one in row.shifts],
+        "over_base": row.over_base and asdict(row.over_base),
         "own_stages": list(row.own_stages),
     }
 
@@ -107,17 +115,21 @@ def draw_table(rows: Sequence[Row]) -> Figure:
     figure = Figure(figsize=(7.2, 1.6 + 0.6 * len(rows)), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
     places = np.arange(len(rows))
-    for ax, title, color, counts, intervals in (
-        (axes[0], "Pass rate", "#1f6fb4", [(r.accepted_count, r.candidate_count) for r in rows], [r.pass_interval for r in rows]),
-        (axes[1], "Success rate", "#b4531f", [(r.success_count, r.trial_count) for r in rows], [r.success_interval for r in rows]),
-    ):  # fmt: skip
-        for place, (some, of), interval in zip(places, counts, intervals):
+    passed = [(row.accepted_count, row.candidate_count, row.pass_interval) for row in rows]
+    tried = [
+        (one.success_count, one.trial_count, one.interval) if (one := row.all_trials) else (0, 0, None) for row in rows
+    ]
+    for ax, title, color, counts in (
+        (axes[0], "Pass rate", "#1f6fb4", passed),
+        (axes[1], "Success rate", "#b4531f", tried),
+    ):
+        for place, (some, of, interval) in zip(places, counts, strict=True):
             if of:
                 share, bar = 100 * some / of, 100 * np.array(interval)
                 ax.barh(place, share, color=color, alpha=0.35, height=0.55)
                 ax.errorbar(share, place, xerr=[[share - bar[0]], [bar[1] - share]], fmt="o", color=color, capsize=4)
             ax.text(104, place, f"{some}/{of}" if of else "not tried", va="center", fontsize=9)
-        ax.set(xlim=(-2, 102), xlabel="%, with 95 % Wilson interval", title=title)
+        ax.set(xlim=(-2, 102), xlabel="%, with 95 % interval", title=title)
         ax.grid(axis="x", alpha=0.25)
     axes[0].set_yticks(places, [row.variant for row in rows])
     axes[0].invert_yaxis()

@@ -4,12 +4,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from sim1.clustered_share import Difference
 from sim1.policy import paper
 from sim1.policy.ablation import BASE, PAPER_METHODS, SCHEMA
-from sim1.policy.counting import NOT_RUN, rate, read_figures
+from sim1.policy.counting import NOT_RUN, percentage_points, rate, read_figures
 from sim1.policy.shift_table import OURS
+from sim1.policy.tried import said_of_intervals
 from sim1.report import Picture, Section, write_report
+from sim1.statistics import Interval
 
+NO_PAIR = "no placement in common"
 LEAD = (
     "What becomes of the generated motions, and of the policy trained on them, when one part of the pipeline is changed. "
     "All figures are from simulation: no robot was used."
@@ -57,7 +61,11 @@ def result_sections(artifact: Path) -> list[Section]:
         "Pass rate: generated candidates that the filters accepted (without the attempts that "
         "were disturbed on purpose so that the filters see failures). Success: closed-loop trials, in the stand-in reality (the simulated cell with a concealed fabric, air, friction and finer steps) "
         "of the policies trained on generated trajectories at the largest size, all seeds together; average: over all trials that were run; texture: friction alone. Percent, with "
-        "95 % Wilson intervals and counts.",
+        "intervals and counts; those of the pass rate are Wilson's, 95 %, of attempts as independent.",
+        "Trajectories: how many the policy learnt from, all that the variant made and did not hold out, or the largest size that was asked for. Variants differ in it too, so that a "
+        "difference of success is not of the changed part alone where the numbers differ.",
+        "Average minus base: percentage points over trials from the same placements in the same shift, with Newcombe's 95 % interval for pairs from the intervals of either side; "
+        "none where the policy is the base's own.",
         "Methods of the paper, each with what the one before it has, stand beside the variant that comes nearest; all of these are without named physics, "
         f"which {_titled(BASE)} has.",
         paper.MEANT,
@@ -69,6 +77,9 @@ def result_sections(artifact: Path) -> list[Section]:
         )
     if len(rows) == 1:
         notes.append("No variant was materialized: the table holds the base graph alone and compares nothing.")
+    networks = {_titled(name): row["all_trials"]["network_count"] for name, row in rows.items() if row["all_trials"]}
+    if networks:
+        notes.append(said_of_intervals(networks))
     order = dict.fromkeys([*PAPER_METHODS, *rows])
     figures = list(dict.fromkeys(figure for row in rows.values() for figure in _rates(row)))
     return [
@@ -92,26 +103,41 @@ def _beside(variant: str, row: Mapping[str, Any] | None, figures: Sequence[str])
     method = PAPER_METHODS.get(variant)
     printed = paper.ABLATION[method] if method else {}
     here = _rates(row) if row else {}
-    shown: dict[str, object] = {"Method | here": _titled(variant), "Method | paper": method}
+    shown: dict[str, object] = {
+        "Method | here": _titled(variant),
+        "Method | paper": method,
+        "Trajectories": row["training_size"] if row else None,
+    }
     for figure in (paper.PASS_RATE, *paper.SHIFTS, paper.AVERAGE):
         if figure in figures:
             shown[f"{figure.capitalize()} | here"] = here.get(figure, NOT_RUN)
         shown[f"{figure.capitalize()} | paper"] = printed.get(figure)
+    shown["Average minus base (points)"] = _over_base(row)
     return shown
+
+
+def _over_base(row: Mapping[str, Any] | None) -> str | None:
+    """None where the policy is the base's own."""
+    if row is None or not row["trial_count"]:
+        return NOT_RUN
+    if row["variant"] == BASE or "policy" not in row["own_stages"]:
+        return None
+    found = row["over_base"]
+    return percentage_points(Difference(**{**found, "interval": Interval(*found["interval"])})) if found else NO_PAIR
 
 
 def _rates(row: Mapping[str, Any]) -> dict[str, str]:
     """Pass rate, success by the paper's name of the shift where that was tried, and average."""
-    tried = {shift: row["shifts"][own] for shift, own in OURS.items() if own in row["shifts"]}
+    shown = {shift: one for shift, own in OURS.items() for one in row["shifts"] if one["shift"] == own}
     return {
         paper.PASS_RATE: rate(row["accepted_count"], row["candidate_count"]),
-        **{shift: _of(counts) for shift, counts in tried.items()},
-        paper.AVERAGE: _of(row),
+        **{shift: _of(one) for shift, one in shown.items()},
+        paper.AVERAGE: _of(row["all_trials"]),
     }
 
 
-def _of(counts: Mapping[str, int]) -> str:
-    return rate(counts["success_count"], counts["trial_count"])
+def _of(tried: Mapping[str, Any] | None) -> str:
+    return rate(tried["success_count"], tried["trial_count"], Interval(*tried["interval"])) if tried else NOT_RUN
 
 
 def _detail(row: Mapping[str, Any]) -> dict[str, object]:

@@ -1,9 +1,10 @@
 """What must hold in the artifacts of this room."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -140,16 +141,30 @@ def check_table(artifact: Path) -> list[Finding]:
     """Findings of stage `ablation_report`."""
     rows = json.loads((artifact / "table.json").read_text())["rows"]
     counts = [f"{row['accepted_count']} of {row['candidate_count']}" for row in rows]
-    findings = page_findings(artifact, [*counts, *(row["variant"] for row in rows)])
-    wrong = [
-        row["variant"]
-        for row in rows
-        if row["candidate_count"] and not np.isclose(row["pass_rate"], row["accepted_count"] / row["candidate_count"])
+    tried = [row for row in rows if row["all_trials"]]
+    compared = [row["over_base"] for row in rows if row["over_base"]]
+    values = [
+        *((row["pass_rate"], row["pass_rate_ci95"]) for row in rows if row["candidate_count"]),
+        *((row["success_rate"], row["all_trials"]["interval"]) for row in tried),
+        *((one["value"], one["interval"]) for one in compared),
     ]
-    findings.append(
-        Finding(name="rates_follow_from_counts", passed=not wrong, detail=f"variants wrong: {wrong or 'none'}")
+    odd = [row["variant"] for row in rows if not _fit_together(row)]
+    pairs = ["1 pair" if one["pair_count"] == 1 else f"{one['pair_count']} pairs" for one in compared]
+    return [
+        *page_findings(artifact, [*counts, *(row["variant"] for row in rows), *pairs]),
+        _held(values),
+        Finding(name="counts_fit_together", passed=not odd, detail=f"variants whose counts do not: {odd or 'none'}"),
+    ]
+
+
+def _fit_together(row: Mapping[str, Any]) -> bool:
+    """Parts are no more than the whole, and shifts add up to it."""
+    pairs = row["over_base"]["pair_count"] if row["over_base"] else 0
+    return (
+        row["accepted_and_successful_count"] <= row["accepted_count"] <= row["candidate_count"]
+        and pairs <= row["trial_count"]
+        and all(sum(one[key] for one in row["shifts"]) == row[key] for key in COUNTS)
     )
-    return findings
 
 
 def check_costs(artifact: Path) -> list[Finding]:

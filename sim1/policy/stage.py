@@ -135,7 +135,7 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
 
 
 def check_scaling_report(artifact: Path) -> list[Finding]:
-    """Counts of curve and page agree, intervals hold their values."""
+    """Counts of curve and page agree, intervals hold their values, shifts add up."""
     from sim1.policy.checks import check_curve
 
     return check_curve(artifact)
@@ -157,7 +157,7 @@ def ablation_report(inputs: Inputs, out: Path, config: AblationReportConfig) -> 
 
 
 def check_ablation_report(artifact: Path) -> list[Finding]:
-    """Rates follow from counts, and every variant stands on the page."""
+    """Intervals hold their values, counts fit together, and every variant stands on the page with them."""
     from sim1.policy.checks import check_table
 
     return check_table(artifact)
