@@ -232,7 +232,10 @@ def test_the_page_of_results_has_the_papers_figures_beside_and_what_the_policy_s
     assert list(rows) == [*paper.SHIFTS, paper.AVERAGE]
     assert [row["Success (%) | paper"] for row in rows.values()] == [67, 93, 90, 82, 47, 76]
     assert rows["texture"]["Success (%) | here"].replace("\N{NO-BREAK SPACE}", " ") == "0 (0 to 66), 0 of 2"
-    assert rows["texture"]["Change (points)"].replace("\N{NO-BREAK SPACE}", " ") == "-100 (-100 to -100), 2 pairs"
+    assert rows["texture"]["Change (points)"].replace("\N{NO-BREAK SPACE}", " ") == "-100 (-100 to -7), 2 pairs"
+    assert rows["lighting"]["Change (points)"].replace("\N{NO-BREAK SPACE}", " ") == "+0 (-66 to +66), 2 pairs"
+    said = " ".join(table_.paragraphs)
+    assert "One network alone drove everywhere here; such an interval is that of its trials" in said
     assert [picture.path.name for picture in strips.pictures] == [f"trials_{shift}.png" for shift in SHIFTS]
 
 

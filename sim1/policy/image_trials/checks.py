@@ -9,7 +9,7 @@ import pandas as pd
 
 from sim1.policy.checks import page_findings
 from sim1.policy.counting import rate, read_table
-from sim1.policy.image_trials.measures import measure, of_all, read_result
+from sim1.policy.image_trials.measures import by_shift, measure, read_result
 from sim1.policy.trials import BROKEN
 from sim1.stage import Finding
 
@@ -18,7 +18,9 @@ def check_experiment(artifact: Path) -> list[Finding]:
     """Findings of stage `image_trials`."""
     about, tried = read_result(artifact)
     trials = read_table(artifact / "trials.parquet")
-    counts = [rate(one.success_count, one.trial_count).replace("\N{NO-BREAK SPACE}", " ") for one in tried]
+    counts = [
+        rate(one.success_count, one.trial_count, one.interval).replace("\N{NO-BREAK SPACE}", " ") for one in tried
+    ]
     return [
         _complete(trials, about),
         _finite(trials),
@@ -27,8 +29,8 @@ def check_experiment(artifact: Path) -> list[Finding]:
         _strips(artifact, trials),
         Finding(
             name="figures_follow_from_trials",
-            passed=_plain(tried) == _plain(measure(trials, 0)),
-            detail=f"{len(of_all(tried))} shifts",
+            passed=tried == measure(trials),
+            detail=f"{len(by_shift(tried))} shifts",
         ),
         *page_findings(artifact, [*counts, "no robot", "stand-in"]),
     ]
@@ -84,10 +86,3 @@ def _seen(trials: pd.DataFrame, about: dict[str, Any]) -> Finding:
 def _strips(artifact: Path, trials: pd.DataFrame) -> Finding:
     missing = [shift for shift in dict.fromkeys(trials["shift"]) if not (artifact / f"trials_{shift}.png").exists()]
     return Finding(name="film_strips_present", passed=not missing, detail=f"missing: {', '.join(missing) or 'none'}")
-
-
-def _plain(tried: list) -> list:
-    """Without intervals of a bootstrap, whose seed is the stage's."""
-    return [
-        (one.shift, one.garment, one.trial_count, one.success_count, dict(one.failures), one.interval) for one in tried
-    ]

@@ -19,7 +19,7 @@ from sim1.policy.image.measures import SCHEMA as POLICY_SCHEMA
 from sim1.policy.image.needs import CPU, GPU, gpu_memory_gib
 from sim1.policy.image_trials.crew import COLUMNS, Driver, Plan
 from sim1.policy.image_trials.looks import Wardrobe
-from sim1.policy.image_trials.measures import SCHEMA, Tried, measure, of_all
+from sim1.policy.image_trials.measures import SCHEMA, ShiftTried, by_shift, measure
 from sim1.policy.image_trials.page import write_page
 from sim1.policy.image_trials.pictures import draw_success
 from sim1.policy.image_trials.stage import ImageTrialsConfig
@@ -50,7 +50,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImageTrialsConfig) -> Fact
 
     trials = pd.DataFrame(rows, columns=list(COLUMNS))
     trials.to_parquet(out / "trials.parquet", index=False)
-    tried = measure(trials, config.seed)
+    tried = measure(trials)
     about = {
         "schema": SCHEMA,
         **{key: learnt[key] for key in ("policy", "title", "type", "size", "train_count", "rate_hz", "chunk_frames")},
@@ -71,7 +71,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImageTrialsConfig) -> Fact
     }
     (out / "image_trials.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
     if tried:
-        save_figure(draw_success(of_all(tried)), out / "success.png", dpi=110)
+        save_figure(draw_success(by_shift(tried)), out / "success.png", dpi=110)
     for shift, figure in draw_trials(rows, strips).items():
         save_figure(figure, out / f"trials_{shift}.png", dpi=110)
     write_page(out, tried, about)
@@ -141,8 +141,8 @@ def _pictures(wardrobe: Wardrobe) -> dict[str, Any]:
     return {**shown, "cameras": list(config.cameras), "trained_looks": len(wardrobe.clips)}
 
 
-def _facts(about: Mapping[str, Any], tried: list[Tried]) -> Facts:
-    shown = of_all(tried)
+def _facts(about: Mapping[str, Any], tried: list[ShiftTried]) -> Facts:
+    shown = by_shift(tried)
     return {
         "policy": f"{about['policy']}, size {about['size']}, {about['steps']} steps, on {about['device']}",
         "training_trajectory_count": about["train_count"],

@@ -6,54 +6,45 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pydantic
 
+from sim1.clustered_share import Difference
+from sim1.policy import paper
 from sim1.policy.counting import read_figures
 from sim1.policy.image_trials.looks import SHIFTS
-from sim1.stage import BadInput, random_stream
-from sim1.statistics import Interval, bootstrap_mean_interval, wilson_interval
+from sim1.policy.tried import Tried, compare, count
+from sim1.stage import BadInput
 
-SCHEMA = "sim1.image_trials/1"  # of image_trials.json
+SCHEMA = "sim1.image_trials/2"  # of image_trials.json
 IN_DOMAIN = "in-domain"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Change:
-    """Success in a shift minus that in-domain, over trials of the same garment and number."""
+class ShiftTried(Tried):
+    """Trials in one shift or, named `paper.AVERAGE`, in all; of all garments or of one."""
 
-    pair_count: int
-    value: float  # mean of the differences, each -1, 0 or 1
-    interval: Interval | None  # 95 %, bootstrap over pairs; None: there is one
-
-
-@dataclass(frozen=True, kw_only=True)
-class Tried:
-    """Trials in one shift, of all garments or of one."""
-
-    shift: str
     garment: str | None  # None: all together
-    trial_count: int
-    success_count: int
-    interval: Interval  # Wilson, 95 %
     failures: Mapping[str, int]  # class -> count, frequent ones first
-    change: Change | None  # None: in-domain itself, or that was not run
+    change: (
+        Difference | None
+    )  # success minus that in-domain, in pairs; None: in-domain itself, all, or that was not run
 
 
-def measure(trials: pd.DataFrame, seed: int) -> list[Tried]:
-    """Every shift of all garments together, then of each where there are several; `seed`: of the bootstrap."""
+def measure(trials: pd.DataFrame) -> list[ShiftTried]:
+    """Every shift and all of them, of all garments together; then every shift of each where there are several."""
     garments = list(dict.fromkeys(trials["garment"]))
     parts = [(None, trials), *((name, trials[trials["garment"] == name]) for name in garments if len(garments) > 1)]
-    return [
-        _tried(part, shift, garment, seed)
+    shifts = [
+        _tried(part, part[part["shift"] == shift], shift, garment)
         for garment, part in parts
         for shift in SHIFTS
         if (part["shift"] == shift).any()
     ]
+    return [*shifts, _tried(trials, trials, paper.AVERAGE, None)] if shifts else []
 
 
-def read_result(artifact: Path) -> tuple[dict[str, Any], list[Tried]]:
+def read_result(artifact: Path) -> tuple[dict[str, Any], list[ShiftTried]]:
     """Contents of `image_trials.json`, and what was measured.
 
     Raises:
@@ -62,36 +53,26 @@ def read_result(artifact: Path) -> tuple[dict[str, Any], list[Tried]]:
     path = artifact / "image_trials.json"
     about = read_figures(path, SCHEMA, "image_trials")
     try:
-        return about, pydantic.TypeAdapter(list[Tried]).validate_python(about["tried"])
+        return about, pydantic.TypeAdapter(list[ShiftTried]).validate_python(about["tried"])
     except (KeyError, pydantic.ValidationError) as error:
         raise BadInput(f"{path}: not readable ({error}); make image_trials again") from error
 
 
-def of_all(tried: Sequence[Tried]) -> list[Tried]:
-    """Those of all garments together."""
-    return [one for one in tried if one.garment is None]
+def by_shift(tried: Sequence[ShiftTried]) -> list[ShiftTried]:
+    """Those of one shift and all garments together."""
+    return [one for one in tried if one.garment is None and one.shift != paper.AVERAGE]
 
 
-def _tried(trials: pd.DataFrame, shift: str, garment: str | None, seed: int) -> Tried:
-    own = trials[trials["shift"] == shift]
-    successes = int(own["success"].sum())
-    return Tried(
-        shift=shift,
+def of_all(tried: Sequence[ShiftTried]) -> ShiftTried | None:
+    """All trials together."""
+    return next((one for one in tried if one.shift == paper.AVERAGE), None)
+
+
+def _tried(trials: pd.DataFrame, own: pd.DataFrame, shift: str, garment: str | None) -> ShiftTried:
+    compared = shift not in (IN_DOMAIN, paper.AVERAGE)
+    return ShiftTried(
+        **vars(count(own, shift)),
         garment=garment,
-        trial_count=len(own),
-        success_count=successes,
-        interval=wilson_interval(successes, len(own)),
         failures=dict(sorted(Counter(own["failure"].dropna()).items(), key=lambda item: (-item[1], item[0]))),
-        change=None if shift == IN_DOMAIN else _change(trials, shift, garment, seed),
+        change=compare(own, trials[trials["shift"] == IN_DOMAIN]) if compared else None,
     )
-
-
-def _change(trials: pd.DataFrame, shift: str, garment: str | None, seed: int) -> Change | None:
-    by = trials.set_index(["garment", "trial"])["success"].astype(float)
-    own, plain = (by[(trials["shift"] == name).to_numpy()] for name in (shift, IN_DOMAIN))
-    differences = (own - plain).dropna().to_numpy()
-    if not len(differences):
-        return None
-    stream = random_stream(seed, "image trials", garment or "", shift)
-    interval = bootstrap_mean_interval(differences, stream) if len(differences) > 1 else None
-    return Change(pair_count=len(differences), value=float(np.mean(differences)), interval=interval)

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from sim1.policy import paper
-from sim1.policy.counting import NOT_RUN, rate, together
+from sim1.policy.counting import NOT_RUN, percentage_points, rate, together
 from sim1.policy.image_trials.looks import SHIFTS
-from sim1.policy.image_trials.measures import IN_DOMAIN, Change, Tried, of_all
+from sim1.policy.image_trials.measures import IN_DOMAIN, ShiftTried, by_shift, of_all
 from sim1.policy.lessons import NAMES
+from sim1.policy.tried import said_of_intervals
 from sim1.report import Picture, Section, write_report
 
 LEAD = (
@@ -29,7 +30,7 @@ STRIPS = (
 )
 
 
-def write_page(out: Path, tried: Sequence[Tried], about: Mapping[str, Any]) -> None:
+def write_page(out: Path, tried: Sequence[ShiftTried], about: Mapping[str, Any]) -> None:
     """Write `report.html` beside the pictures; `about` is the content of `image_trials.json`."""
     garments = [_row(one, {"Garment": one.garment, "Shift": one.shift}) for one in tried if one.garment]
     sections = [
@@ -43,24 +44,25 @@ def write_page(out: Path, tried: Sequence[Tried], about: Mapping[str, Any]) -> N
     write_report(out / "report.html", "Image policy in the closed loop", LEAD, sections)
 
 
-def result_section(heading: str, artifact: Path, tried: Sequence[Tried], about: Mapping[str, Any]) -> Section:
+def result_section(heading: str, artifact: Path, tried: Sequence[ShiftTried], about: Mapping[str, Any]) -> Section:
     """Who drove, and success by shift with the paper's figures."""
-    found = {one.shift: one for one in of_all(tried)}
+    found = {one.shift: one for one in by_shift(tried)}
+    every = of_all(tried)
     picture = artifact / "success.png"
     return Section(
         heading=heading,
         paragraphs=[
             f"{about['title']} (lerobot's “{about['type']}”, size {about['size']}), after {about['steps']} steps on generated trajectories of which there were "
             f"{about['train_count']}, drives in the {' and the '.join(about['worlds']) or 'closed loop: no trial was run'}; garments: {', '.join(about['garments']) or 'none'}.",
-            "Success in percent with 95 % Wilson intervals and counts. Change: against the trials of the same number in-domain, which meet the same placement "
-            "(spatial: the same direction, further away) and the same look but for what is changed; percentage points with a 95 % bootstrap over pairs, which "
-            "comes out too narrow where there are few, and has no width where no pair or every pair differs. All trials are of one network: what another seed of its training "
-            "would do is in no interval. Average: here over all trials that were run.",
+            "Success in percent with intervals and counts. Change: against the trials of the same number in-domain, which meet the same placement "
+            "(spatial: the same direction, further away) and the same look but for what is changed; percentage points with Newcombe's 95 % interval for "
+            "pairs. Average: here over all trials that were run; those from one placement hang together there.",
+            *([said_of_intervals({about["title"]: every.network_count})] if every else []),
             paper.MEANT_WITH_PICTURES,
         ],
         table=[
             *(_row(found.get(shift), {"Shift": shift}) for shift in paper.SHIFTS),
-            _average(list(found.values())),
+            _row(every, {"Shift": paper.AVERAGE}),
         ],
         pictures=[Picture(path=picture)] if picture.exists() else [],
     )
@@ -73,35 +75,18 @@ def strip_section(artifact: Path, heading: str = "Film strips") -> Section:
     return Section(heading=heading, paragraphs=[STRIPS if shown else "None: no trial was run."], pictures=shown)
 
 
-def _row(one: Tried | None, names: dict[str, object]) -> dict[str, object]:
+def _row(one: ShiftTried | None, names: dict[str, object]) -> dict[str, object]:
     shift = str(names["Shift"])
     failures = sorted(one.failures.items(), key=lambda item: (-item[1], item[0])) if one else ()
     return {
         **names,
-        "Success (%) | here": rate(one.success_count, one.trial_count) if one else NOT_RUN,
+        "Success (%) | here": rate(one.success_count, one.trial_count, one.interval) if one else NOT_RUN,
         "Success (%) | paper": paper.ABLATION[paper.FULL].get(shift),
-        "Change (points)": None if shift == IN_DOMAIN else _points(one.change if one else None),
+        "Change (points)": None
+        if shift in (IN_DOMAIN, paper.AVERAGE)
+        else percentage_points(one.change if one else None),
         "Failures": ", ".join(together(f"{count} {name}") for name, count in failures),
     }
-
-
-def _average(tried: Sequence[Tried]) -> dict[str, object]:
-    counts = sum(one.success_count for one in tried), sum(one.trial_count for one in tried)
-    return {
-        "Shift": paper.AVERAGE,
-        "Success (%) | here": rate(*counts),
-        "Success (%) | paper": paper.ABLATION[paper.FULL][paper.AVERAGE],
-    }
-
-
-def _points(change: Change | None) -> str:
-    if change is None:
-        return NOT_RUN
-    pairs = "1 pair" if change.pair_count == 1 else f"{change.pair_count} pairs"
-    if change.interval is None:
-        return together(f"{100 * change.value:+.0f}, {pairs}")
-    low, high = (f"{100 * limit:+.0f}" for limit in change.interval)
-    return together(f"{100 * change.value:+.0f} ({low} to {high}), {pairs}")
 
 
 def _changes(about: Mapping[str, Any]) -> list[str]:

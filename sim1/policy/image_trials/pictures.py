@@ -6,13 +6,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from sim1.policy import paper
-from sim1.policy.image_trials.measures import Tried
+from sim1.policy.image_trials.measures import ShiftTried
 
 COLOR, PAPER_COLOR = "#1f6fb4", "#8a8f98"
 
 
-def draw_success(tried: Sequence[Tried]) -> Figure:
-    """Success by shift with Wilson intervals, and what the paper prints for a real robot."""
+def draw_success(tried: Sequence[ShiftTried]) -> Figure:
+    """Success by shift with intervals, and what the paper prints for a real robot."""
     figure = Figure(figsize=(7.5, 1.7 + 0.45 * len(tried)), layout="constrained")
     figure.suptitle("Closed loop with rendered pictures (simulated stand-in for reality)", fontsize=11)
     axes = figure.subplots()
@@ -20,7 +20,7 @@ def draw_success(tried: Sequence[Tried]) -> Figure:
     for row, one in zip(rows, tried):
         axes.plot([100 * limit for limit in one.interval], [row, row], color=COLOR, lw=2.5, solid_capstyle="butt")
     shares = [100 * one.success_count / one.trial_count for one in tried]
-    axes.plot(shares, rows, "o", color=COLOR, label="here, 95 % Wilson interval")
+    axes.plot(shares, rows, "o", color=COLOR, label="here, 95 % interval")
     printed = [paper.ABLATION[paper.FULL].get(one.shift, np.nan) for one in tried]
     axes.plot(printed, rows, "D", color=PAPER_COLOR, mfc="none", label="paper: a real robot, a T-shirt, another policy")
     names = [f"{one.shift}\n{one.success_count} of {one.trial_count}" for one in tried]
