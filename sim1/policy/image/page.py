@@ -10,6 +10,7 @@ from sim1.policy.image.measures import ALL_TITLES, BLANK, DATASET, Mean, Point, 
 from sim1.policy.image.shifts import IN_DOMAIN, TITLES
 from sim1.report import Picture, Section, write_report
 
+MIN_TRAJECTORIES = 8  # a bootstrap over fewer is so narrow that a sentence on what it tells would often be wrong
 LEAD = (
     "A policy that sees rendered pictures and joint angles, tried on trajectories that it has not seen, and on the same "
     "trajectories with one thing in the picture changed. All figures are from simulation with a scripted expert: no robot was used."
@@ -76,17 +77,23 @@ def _result(points: Sequence[Point]) -> list[str]:
         f"{np.degrees(plain.hold_joint_rad):.2f}° of standing still, {plain.trajectory_count} held-out trajectories in "
         f"{plain.clip_count} clips."
     ]
-    if plain.joint_rad.value >= plain.hold_joint_rad:
+    if plain.trajectory_count < MIN_TRAJECTORIES:
+        said.append(f"Whether it is better than standing still is not told: {_too_few(plain)}.")
+    elif plain.joint_rad.value >= plain.hold_joint_rad:
         said.append("That is no better than standing still: the policy has learnt nothing of use yet.")
     return said
 
 
 def _shifts(points: Sequence[Point]) -> list[str]:
-    """What a changed picture does, as far as the intervals carry."""
+    """What a changed picture does, as far as the intervals carry; nothing where few trajectories made them."""
     shifts = [point for point in points if point.pictures not in (DATASET, IN_DOMAIN, BLANK)]
     blank = of_pictures(points, BLANK)
     if blank is None:
         return [] if not points else ["No trajectory was rendered anew (setting `shifted_trajectories`)."]
+    if blank.trajectory_count < MIN_TRAJECTORIES:
+        return [
+            f"Whether the policy looks at its pictures, and which change of them does harm, is not told: {_too_few(blank)}."
+        ]
     looks = _grows(blank.joint_change_rad)
     worse = {
         what: [ALL_TITLES[point.pictures] for point in shifts if _grows(change(point))]
@@ -107,6 +114,12 @@ def _shifts(points: Sequence[Point]) -> list[str]:
         + " an error greater than in a look of training "
         + ("is not established." if any(worse.values()) else "is established."),
     ]
+
+
+def _too_few(point: Point) -> str:
+    """Why nothing is said of the intervals in the table."""
+    of = "1 trajectory is" if point.trajectory_count == 1 else f"{point.trajectory_count} trajectories are"
+    return f"{of} too few to tell, {MIN_TRAJECTORIES} are the least"
 
 
 def _grows(change: Mean | None) -> bool:
