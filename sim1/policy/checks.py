@@ -1,6 +1,7 @@
 """What must hold in the artifacts of this room."""
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from html.parser import HTMLParser
 from pathlib import Path
@@ -8,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from sim1.policy.cost import PER_TRAJECTORY_STAGES
 from sim1.policy.counting import read_table
 from sim1.policy.lessons import GENERATED, REAL, ModelKey
 from sim1.policy.model import load_policy
+from sim1.report import format_value
 from sim1.stage import BadInput, Finding
 
 COUNTS = ("success_count", "trial_count")
@@ -122,12 +125,12 @@ def check_curve(artifact: Path) -> list[Finding]:
     ]
     return [
         *page_findings(artifact, [f"{one['success_count']} of {one['trial_count']}" for one in tried]),
-        _held([*shares, *means]),
+        intervals_held([*shares, *means]),
         Finding(name="shifts_add_up", passed=not apart, detail=f"counts of all shifts that are not: {apart or 'none'}"),
     ]
 
 
-def _held(values: Sequence[tuple[float, Sequence[float]]]) -> Finding:
+def intervals_held(values: Sequence[tuple[float, Sequence[float]]]) -> Finding:
     """Of values with their intervals."""
     outside = [value for value, (low, high) in values if not low - 1e-12 <= value <= high + 1e-12]
     return Finding(
@@ -152,7 +155,7 @@ def check_table(artifact: Path) -> list[Finding]:
     pairs = ["1 pair" if one["pair_count"] == 1 else f"{one['pair_count']} pairs" for one in compared]
     return [
         *page_findings(artifact, [*counts, *(row["variant"] for row in rows), *pairs]),
-        _held(values),
+        intervals_held(values),
         Finding(name="counts_fit_together", passed=not odd, detail=f"variants whose counts do not: {odd or 'none'}"),
     ]
 
@@ -169,17 +172,30 @@ def _fit_together(row: Mapping[str, Any]) -> bool:
 
 def check_costs(artifact: Path) -> list[Finding]:
     """Findings of stage `cost_report`."""
-    methods = json.loads((artifact / "costs.json").read_text())["methods"]
-    findings = page_findings(artifact, [item["method"] for item in methods])
-    wrong = [
-        item["method"]
-        for item in methods
-        if not np.isclose(item["usd_per_trajectory"] * item["trajectories_per_day"], item["usd_per_day"])
+    costs = json.loads((artifact / "costs.json").read_text())
+    methods = costs["methods"]
+    figures = [value for item in methods for value in item.values() if isinstance(value, int | float)]
+    bad = [value for value in figures if not 0 <= value < math.inf]
+    units = [format_value(round(item["usd_per_trajectory"], 4)) for item in methods]
+    return [
+        *page_findings(artifact, [*(item["method"] for item in methods), *units]),
+        Finding(name="costs_are_numbers", passed=not bad, detail=f"neither zero nor positive: {bad or 'none'}"),
+        _measured(costs),
     ]
-    findings.append(
-        Finding(name="unit_cost_follows_from_day", passed=not wrong, detail=f"methods wrong: {wrong or 'none'}")
+
+
+def _measured(costs: Mapping[str, Any]) -> Finding:
+    """Of the machine at hand: it stands there where its seconds are known, and a day at its pace has as many as a day has."""
+    times = [costs["seconds"].get(stage) or {"": None} for stage in PER_TRAJECTORY_STAGES]
+    spent = [seconds for by_garment in times for seconds in by_garment.values()]
+    known = None not in spent and costs["accepted_count"] > 0
+    here = [item for item in costs["methods"] if item["measured"]]
+    days = [item["trajectories_per_day"] * sum(spent) / costs["accepted_count"] for item in here] if known else []
+    return Finding(
+        name="pace_follows_from_seconds",
+        passed=len(here) == int(known) and bool(np.allclose(days, 86400.0)),
+        detail=f"{len(here)} measured, seconds {'known' if known else 'not known'}, a day has {days or 'no'} seconds",
     )
-    return findings
 
 
 class _Page(HTMLParser):

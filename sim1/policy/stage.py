@@ -200,7 +200,7 @@ def check_source_prices(path: Path) -> None:
 
 
 def check_cost_report(artifact: Path) -> list[Finding]:
-    """The paper's figures follow from the prices, and unit costs from the daily ones."""
+    """The page states the unit costs on record, and this machine stands there where its seconds are known, at their pace."""
     from sim1.policy.checks import check_costs
 
     return check_costs(artifact)

@@ -268,6 +268,14 @@ def test_the_check_misses_a_strip_and_a_count_on_the_page(artifact):
     assert failed(check_image_trials(artifact)) == ["film_strips_present", "page_states_its_counts"]
 
 
+def test_the_check_sees_a_change_outside_its_interval_and_failures_that_do_not_add_up(artifact):
+    about = json.loads((artifact / "image_trials.json").read_text())
+    texture = next(one for one in about["tried"] if one["shift"] == "texture")
+    texture["change"]["value"], texture["failures"] = 0.5, {"slip": 1}
+    (artifact / "image_trials.json").write_text(json.dumps(about))
+    assert failed(check_image_trials(artifact)) == ["figures_follow_from_trials", "intervals_hold_their_values"]
+
+
 def test_an_artifact_of_another_version_is_named(artifact):
     about = json.loads((artifact / "image_trials.json").read_text())
     (artifact / "image_trials.json").write_text(json.dumps({**about, "schema": "sim1.image_trials/0"}))

@@ -114,9 +114,33 @@ def test_wrong_timings_are_named(tmp_path, text):
         read_timings(path)
 
 
-def test_check_sees_a_unit_cost_that_does_not_follow(tmp_path, inputs):
+def test_check_sees_a_unit_cost_that_is_not_the_pages(tmp_path, inputs):
     cost_report(inputs, tmp_path, CostReportConfig())
     costs = json.loads((tmp_path / "costs.json").read_text())
     costs["methods"][0]["usd_per_trajectory"] *= 2
     (tmp_path / "costs.json").write_text(json.dumps(costs))
-    assert [f.name for f in check_cost_report(tmp_path) if not f.passed] == ["unit_cost_follows_from_day"]
+    assert [f.name for f in check_cost_report(tmp_path) if not f.passed] == ["page_states_its_counts"]
+
+
+@pytest.mark.parametrize("change", [{"accepted_count": 7}, {"seconds": {}}])
+def test_check_sees_a_pace_of_this_machine_that_is_not_that_of_its_seconds(tmp_path, inputs, timings, change):
+    cost_report({**inputs, "timings": {"": timings}}, tmp_path, CostReportConfig())
+    assert [f.name for f in check_cost_report(tmp_path) if not f.passed] == []
+    costs = json.loads((tmp_path / "costs.json").read_text())
+    (tmp_path / "costs.json").write_text(json.dumps({**costs, **change}))
+    assert [f.name for f in check_cost_report(tmp_path) if not f.passed] == ["pace_follows_from_seconds"]
+
+
+def test_check_sees_a_machine_that_was_measured_and_is_missing(tmp_path, inputs, timings):
+    cost_report(inputs, tmp_path, CostReportConfig())
+    costs = json.loads((tmp_path / "costs.json").read_text())
+    (tmp_path / "costs.json").write_text(json.dumps({**costs, "seconds": json.loads(timings.read_text())}))
+    assert [f.name for f in check_cost_report(tmp_path) if not f.passed] == ["pace_follows_from_seconds"]
+
+
+def test_check_sees_a_cost_that_is_no_number(tmp_path, inputs):
+    cost_report(inputs, tmp_path, CostReportConfig())
+    costs = json.loads((tmp_path / "costs.json").read_text())
+    costs["methods"][1]["usd_per_day"] = float("nan")
+    (tmp_path / "costs.json").write_text(json.dumps(costs))
+    assert [f.name for f in check_cost_report(tmp_path) if not f.passed] == ["costs_are_numbers"]

@@ -1,15 +1,16 @@
 """What must hold in the artifact of stage `image_trials`."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from sim1.policy.checks import page_findings
+from sim1.policy.checks import intervals_held, page_findings
 from sim1.policy.counting import rate, read_table
-from sim1.policy.image_trials.measures import by_shift, measure, read_result
+from sim1.policy.image_trials.measures import ShiftTried, by_shift, read_result
 from sim1.policy.trials import BROKEN
 from sim1.stage import Finding
 
@@ -27,11 +28,9 @@ def check_experiment(artifact: Path) -> list[Finding]:
         _paired(trials),
         _seen(trials, about),
         _strips(artifact, trials),
-        Finding(
-            name="figures_follow_from_trials",
-            passed=tried == measure(trials),
-            detail=f"{len(by_shift(tried))} shifts",
-        ),
+        _counted(trials, tried),
+        intervals_held([(one.success_count / one.trial_count, one.interval) for one in tried]),
+        intervals_held([(one.change.value, one.change.interval) for one in tried if one.change]),
         *page_findings(artifact, [*counts, "no robot", "stand-in"]),
     ]
 
@@ -57,6 +56,23 @@ def _finite(trials: pd.DataFrame) -> Finding:
     numbers = [*trials.select_dtypes("number").to_numpy(float).ravel(), *figures]
     bad = int((~np.isfinite(numbers)).sum()) if numbers else 0
     return Finding(name="figures_finite", passed=not bad, detail=f"{bad} of {len(numbers)} numbers are not finite")
+
+
+def _counted(trials: pd.DataFrame, tried: Sequence[ShiftTried]) -> Finding:
+    """Counts on record are those of the table, pairs no more than trials, and failures all that did not succeed."""
+    rows = {shift: (int(own.sum()), len(own)) for shift, own in trials.groupby("shift")["success"]}
+    told = {one.shift: (one.success_count, one.trial_count) for one in by_shift(tried)}
+    odd = [
+        f"{one.shift} {one.garment or ''}".strip()
+        for one in tried
+        if one.success_count + sum(one.failures.values()) != one.trial_count
+        or (one.change and one.change.pair_count > one.trial_count)
+    ]
+    return Finding(
+        name="figures_follow_from_trials",
+        passed=rows == told and not odd,
+        detail=f"successes and trials {told}, in the table {rows}; parts that do not add up: {odd or 'none'}",
+    )
 
 
 def _paired(trials: pd.DataFrame) -> Finding:
