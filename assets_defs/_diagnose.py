@@ -37,16 +37,16 @@ def diagnose(
     try:
         with bar(1.0) as tell:
             from sim1.mismatch.findings import run_diagnosis
+            from sim1.mismatch.verdict import in_mm
 
             verdict = run_diagnosis(bundle, out, tell, budget_minutes and 60 * budget_minutes)
     except (BadInput, NotConverged) as error:
         stop(str(error))
     names = ", ".join(effect.name for effect in verdict.missing_physics) or "-"
-    heldout = verdict.rmse_m
-    print(
-        f"{verdict.verdict}: {names}; held-out error {1e3 * heldout.baseline.heldout:.2f} -> "
-        f"{1e3 * heldout.augmented.heldout:.2f} mm; {out / 'report.html'}"
-    )
+    before, after = (in_mm(errors.heldout) for errors in (verdict.rmse_m.baseline, verdict.rmse_m.augmented))
+    print(f"{verdict.verdict}: {names}; held-out error {before} -> {after}; {out / 'report.html'}")
+    for remark in verdict.remarks:
+        print(f"note: {remark}")
 
 
 def predict(

@@ -14,8 +14,10 @@ import numpy as np
 
 from sim1.cloth.precise.lacking import cloth_part
 from sim1.cloth.precise.pull import Goals
+from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit
+from sim1.mismatch.workers import Done, Task
 from sim1.recording.bundle import Recording
 
 STIFF_HZ = 6.0  # of springs towards goals without noise
@@ -53,6 +55,7 @@ class Located:
     marker_power_n2: np.ndarray  # (M,) mean square above the floor
     windows: tuple[Window, ...]
     signature: str
+    lost: dict[str, str]  # recordings that are not in it, and why
 
     def region(self) -> tuple[list[int], float]:
         """Columns of the fewest markers that carry half of it, and their share."""
@@ -70,22 +73,27 @@ class Located:
 
 
 def locate_forces(engine: Engine, found: Fit, names: tuple[str, ...]) -> Located:
-    """What a model without the effects of `found` would have to be pushed with to do as the recordings do."""
+    """What a model without the effects of `found` would have to be pushed with to do as the recordings do.
+
+    Recordings that no simulation follows are left out and told (`lost`).
+    """
+    lost: dict[str, str] = {}
     model, plain = found.unknowns.world(found.z), found.unknowns.with_terms().world(found.nominal_z)
     tasks = [replace(engine.task(name, plain), paths=True) for name in names]
     if cloth_part(model, plain) != plain:
         tasks = [replace(engine.task(name, model), paths=True, lacks=plain) for name in names]
     elif model != plain:
-        goals = engine.run([engine.task(name, model) for name in names])
+        goals = _those_found(engine, [engine.task(name, model) for name in names], lost)
         tasks = [
-            replace(task, follow_hz=STIFF_HZ, goals_m=goal.markers_m[0])
-            for task, goal in zip(tasks, goals, strict=True)
+            replace(task, follow_hz=STIFF_HZ, goals_m=goals[task.recording].markers_m[0])
+            for task in tasks
+            if task.recording in goals
         ]
     recordings = {recording.name: recording for recording in engine.bundle.recordings}
     kg = plain.area_density_kg_m2 * engine.area_m2 / len(engine.bundle.anchors.marker)
     forces = []
-    for number, (name, run) in enumerate(zip(names, engine.run(tasks), strict=True)):
-        recording = recordings[name]
+    for name, run in _those_found(engine, tasks, lost).items():
+        recording, number = recordings[name], names.index(name)
         seen = engine.stages[name].scene.time_s <= recording.time_s[-1]  # simulations go on for clocks that differ
         time = engine.stages[name].scene.time_s[seen]
         floor_n = 0.0
@@ -100,7 +108,14 @@ def locate_forces(engine: Engine, found: Fit, names: tuple[str, ...]) -> Located
                 velocity_m_s=np.gradient(run.path_m[seen], time, axis=0),
             )
         )
-    return _summary(tuple(forces))
+    return _summary(tuple(forces), lost)
+
+
+def _those_found(engine: Engine, tasks: list[Task], lost: dict[str, str]) -> dict[str, Done]:
+    """Answers by recording; those that found no way are added to `lost`."""
+    runs = {task.recording: run for task, run in zip(tasks, engine.attempted(tasks), strict=True)}
+    lost |= {name: str(run) for name, run in runs.items() if isinstance(run, NotConverged)}
+    return {name: run for name, run in runs.items() if not isinstance(run, NotConverged)}
 
 
 def _raw_noise(engine: Engine, recording: Recording) -> float:
@@ -117,10 +132,14 @@ def _floor_n(recording: Recording, noise_m: float, kg: float, hz: float, seed: i
     return float(kg * np.sqrt(np.mean((omega**2 * place + 2 * omega * speed) ** 2)))
 
 
-def _summary(forces: tuple[Forces, ...]) -> Located:
+def _summary(forces: tuple[Forces, ...], lost: dict[str, str]) -> Located:
     if not forces:
         return Located(
-            forces=(), marker_power_n2=np.zeros(0), windows=(), signature="No recording could be assimilated."
+            forces=(),
+            marker_power_n2=np.zeros(0),
+            windows=(),
+            signature="Where and when could not be told: no recording can be simulated along its markers.",
+            lost=lost,
         )
     power = np.mean([np.maximum((f.force_n**2).mean((0, 2)) - f.floor_n**2, 0.0) for f in forces], axis=0)
     windows, total = [], 0.0
@@ -137,6 +156,7 @@ def _summary(forces: tuple[Forces, ...]) -> Located:
             Window(recording=n, from_s=a, to_s=b, share=min(e / total, 1.0) if total else 0.0) for n, a, b, e in windows
         ),
         signature=_signature(forces),
+        lost=lost,
     )
 
 

@@ -39,8 +39,11 @@ def with_doubtful(
     thresholds: Thresholds,
     measured: frozenset[str] = frozenset(),
 ) -> Decision:
-    """The decision for the model with one effect more, if with what motion held out says it adds enough and stands."""
-    if more is None:
+    """The decision for the model with one effect more, if with what motion held out says it adds enough and stands.
+
+    Motion that could not be foretold with one of the two says nothing.
+    """
+    if more is None or not {more.terms, decision.chosen.terms} <= set(against):
         return decision
     said = against[more.terms] - against[decision.chosen.terms]
     if not adds_enough(decision.null, decision.chosen, more, thresholds, said=said):
@@ -61,10 +64,11 @@ def borne_out(
 
     An effect beside another stays if what it adds, there too, is worth a second one; what is left is `unknown` where it is no name's
     worth any more, or no longer explains what is missing. `against`: see `Against`, of the chosen model and of its parts in the pool;
-    a part that motion held out was not asked about, as time ran out, takes nothing away.
+    a part that motion held out was not asked about, as time ran out or no simulation follows, takes nothing away, and a model that it
+    could not be asked about stays as fits have it.
     """
     null, best = decision.null, decision.chosen
-    if not best.terms:
+    if best.terms not in against:  # without effects, nothing is asked
         return decision
     asked = [part for part in parts_of(pool, best) if part.terms in against]
     telling = told_by(

@@ -8,6 +8,7 @@ from sim1.mismatch.diagnose import diagnose
 from sim1.mismatch.findings import draw_pictures, summary_of, verdict_of
 from sim1.mismatch.model_file import physics_of
 from sim1.mismatch.strict_json import write_json
+from sim1.mismatch.verdict import in_mm
 from sim1.progress import report
 from sim1.recording.bundle import read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
@@ -46,8 +47,8 @@ def write_calibrated(bundle: Path, out: Path, simulate_with: str) -> Facts:
         "simulated": simulate_with,
         "effects_not_simulated": ", ".join(left_out) or "none",
         "heldout_recordings": ", ".join(summary.heldout),
-        "baseline_heldout_mm": round(1e3 * verdict.rmse_m.baseline.heldout, 3),
-        "model_heldout_mm": round(1e3 * verdict.rmse_m.augmented.heldout, 3),
+        "baseline_heldout": in_mm(verdict.rmse_m.baseline.heldout),
+        "model_heldout": in_mm(verdict.rmse_m.augmented.heldout),
         "noise_mm": round(1e3 * verdict.noise_std_m, 3),
         "parameters": [{name: _short(value) for name, value in row} for row in summary.estimates],
     }

@@ -1,6 +1,6 @@
 """The whole diagnosis of a bundle: measure, calibrate, locate, name, model, decide."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from sim1.mismatch.contest import contest
 from sim1.mismatch.decide import decide, rating
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Tempers
-from sim1.mismatch.foretold import foretold_by, nats_against
+from sim1.mismatch.foretold import Foretold, foretold_by, nats_against
 from sim1.mismatch.heldout import held_out, rmse_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.patience import Patience
@@ -46,10 +46,15 @@ class Diagnosis:
     rivals: tuple[Model, ...]  # that explain it about as well
     misfit: dict[str, float]  # mean squared residual of baseline and chosen on what was fitted
     withdrawn: tuple[str, ...]  # names that motion held out took back
-    against: float  # nats by which it is less likely with what was named, or withdrawn, than with the baseline
-    rmse_m: dict[str, dict[str, float]]
-    heldout_markers_m: dict[str, dict[str, np.ndarray]]  # baseline, augmented: recording -> (N, M, 3)
+    against: (
+        float | None
+    )  # nats by which motion held out is less likely with what was named, or withdrawn; None: not known
+    rmse_m: dict[str, dict[str, float | None]]  # None: not all of the motion can be simulated
+    heldout_markers_m: dict[
+        str, dict[str, np.ndarray]
+    ]  # baseline, augmented: recording -> (N, M, 3), where it can be simulated
     located: Located  # what the chosen model has and the baseline has not; what is missing, if nothing was chosen
+    remarks: tuple[str, ...]  # what could not be computed, and what contradicts what was stated
     simulating_s: float  # of the time that it took
 
 
@@ -84,24 +89,26 @@ def _diagnose(
     progress(0.8, "checking on motion held out")
     foretold = {"baseline": foretold_by(engine, decision.null, engine.names)}
     named, more = decision.chosen, None if stopped else doubtful(decision, found.pool, thresholds)
-    told = {(): {name: foretold["baseline"][name] for name in heldout}}  # by effects
+    told = {(): foretold["baseline"].of(heldout)}  # by effects
     others = [] if stopped else [*parts_of(found.pool, more or named), *([more] if more else [])]
     if others:  # where one of them leads in the end and leaves too much, a delay that was measured does
         others += [one for one in found.pool if one.terms and set(one.terms) <= delays]
     asked = list({one.terms: one for one in (named, *others)}.values()) if named.terms else []
     told |= {model.terms: foretold_by(engine, model, heldout) for model in asked}
-    against = nats_against(engine, decision.null, asked, told, heldout)
+    against, unasked = nats_against(engine, decision.null, asked, told, heldout)
     decision = with_doubtful(decision, more, found.pool, against, thresholds, delays)
     decision = borne_out(decision, found.pool, against, thresholds, delays)
     foretold["augmented"] = foretold["baseline"]
     if decision.chosen.terms:
-        foretold["augmented"] = foretold_by(engine, decision.chosen, fitted) | told[decision.chosen.terms]
+        foretold["augmented"] = foretold_by(engine, decision.chosen, fitted).and_of(told[decision.chosen.terms])
     verdict = decision.verdict
     if verdict == "none" and (
         stopped or any(candidate.gain > thresholds.asked((candidate.term.effect.name,)) for candidate in found.lost)
     ):
         verdict = "unknown"  # not all was tried
     progress(0.93, "locating")
+    located = locate_forces(engine, decision.chosen.fit, engine.names)
+    judged = (decision.chosen if decision.chosen.terms else named).terms
     return Diagnosis(
         fitted=fitted,
         heldout=heldout,
@@ -118,15 +125,37 @@ def _diagnose(
         rivals=decision.rivals,
         misfit=decision.misfit,
         withdrawn=tuple(name for name in named.terms if name not in decision.chosen.terms),
-        against=against.get((decision.chosen if decision.chosen.terms else named).terms, 0.0),
+        against=None if judged in unasked else against.get(judged, 0.0),
         rmse_m={
-            label: {"fit": rmse_of(bundle, markers, fitted), "heldout": rmse_of(bundle, markers, heldout)}
-            for label, markers in foretold.items()
+            label: {"fit": _error_m(bundle, one, fitted), "heldout": _error_m(bundle, one, heldout)}
+            for label, one in foretold.items()
         },
-        heldout_markers_m={label: {name: markers[name] for name in heldout} for label, markers in foretold.items()},
-        located=locate_forces(engine, decision.chosen.fit, engine.names),
+        heldout_markers_m={label: one.of(heldout).markers_m for label, one in foretold.items()},
+        located=located,
+        remarks=(
+            *_not_foretold(foretold),
+            *(_not_asked(terms, why) for terms, why in unasked.items()),
+            *(f"no force is located in {name}: {why}" for name, why in located.lost.items()),
+        ),
         simulating_s=engine.simulating_s,
     )
+
+
+def _error_m(bundle: Bundle, told: Foretold, names: tuple[str, ...]) -> float | None:
+    """Root mean square error per coordinate; None where one of the recordings could not be simulated: of fewer it is another figure."""
+    return None if told.of(names).lost else rmse_of(bundle, told.markers_m, names)
+
+
+def _not_foretold(foretold: dict[str, Foretold]) -> Iterator[str]:
+    for label, what in (("baseline", "the calibrated baseline"), ("augmented", "the model")):
+        if label == "augmented" and foretold[label] is foretold["baseline"]:
+            return
+        for name, why in foretold[label].lost.items():
+            yield f"{name} cannot be foretold with {what} from rest and drives alone, so that its errors are not known: {why}"
+
+
+def _not_asked(terms: tuple[str, ...], why: str) -> str:
+    return f"motion held out says nothing for or against {' with '.join(terms)}, whose verdict rests on what was fitted: {why}"
 
 
 def delays_measured(bundle: Bundle) -> frozenset[str]:

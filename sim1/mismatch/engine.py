@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from sim1.cloth.precise.scene import Scene, prepare
+from sim1.cloth.precise.simulate import NotConverged
 from sim1.cloth.precise.world import World
 from sim1.mismatch.compare import Observed, block_noise_m, mesh_error, observe
 from sim1.mismatch.patience import Patience
@@ -131,10 +132,28 @@ class Engine:
         return {name: self.observed(name).stretch for name in names}
 
     def foretell(self, world: World, names: tuple[str, ...], finer: int | None = None) -> dict[str, np.ndarray]:
-        """Markers (N, M, 3) from rest and drives alone, nothing pulled: what `sim1 predict` would say; on the working mesh or another."""
+        """Markers (N, M, 3) from rest and drives alone, nothing pulled: what `sim1 predict` would say; on the working mesh or another.
+
+        Raises:
+            NotConverged: a recording that no simulation follows.
+        """
+        told = self.foretold(world, names, finer)
+        for one in told.values():
+            if isinstance(one, NotConverged):
+                raise one
+        return told
+
+    def foretold(
+        self, world: World, names: tuple[str, ...], finer: int | None = None
+    ) -> dict[str, np.ndarray | NotConverged]:
+        """The same of every recording by itself: markers (N, M, 3), or why no simulation follows it."""
         mesh = self.finer if finer is None else finer
         tasks = [replace(self._task(name, (world,), mesh, FINE_STEP_S), follow_hz=0.0) for name in names]
-        return {name: run.markers_m[0] for name, run in zip(names, self.run(tasks), strict=True)}
+        runs = self.attempted(tasks)
+        return {
+            name: run if isinstance(run, NotConverged) else run.markers_m[0]
+            for name, run in zip(names, runs, strict=True)
+        }
 
     def soften(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...]) -> Looked:
         """Trust a number less the more it hangs on the baseline's coefficients: where a sheet snaps, no simulator foretells it.
@@ -204,7 +223,19 @@ class Engine:
         return Task(recording=name, worlds=worlds, finer=finer, step_s=step_s, follow_hz=self.follow_hz)
 
     def run(self, tasks: list[Task]) -> list[Done]:
-        """Answers in the order of the tasks; their seconds count as simulating."""
+        """Answers in the order of the tasks; their seconds count as simulating.
+
+        Raises:
+            NotConverged: a simulation found no rest or no next state.
+        """
+        runs = self.attempted(tasks)
+        for run in runs:
+            if isinstance(run, NotConverged):
+                raise run
+        return runs
+
+    def attempted(self, tasks: list[Task]) -> list[Done | NotConverged]:
+        """Answers as `run` gives them, and of each simulation that found no way why."""
         began = time.monotonic()
         runs = self.workers(tasks)
         taken_s = time.monotonic() - began
@@ -212,7 +243,7 @@ class Engine:
         self._pace_s = min(self._pace_s, taken_s / sum(map(self._steps, tasks)))
         self.patience.reserve_s = self._pace_s * self._closing_steps()
         for task, run in zip(tasks, runs, strict=True):
-            if task.follow_hz and task.finer == self.finer:
+            if task.follow_hz and task.finer == self.finer and isinstance(run, Done):
                 self.stages[task.recording].rest_m = run.rest_m
         return runs
 

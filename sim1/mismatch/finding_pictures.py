@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 
 from sim1.picture_file import save_figure
 
+COLORS = {"baseline": "tab:red", "augmented": "tab:blue"}
 FLAT = 0.15  # height over width of what markers pass through, below which it is seen from above
 
 
@@ -47,8 +48,12 @@ def draw_heldout_error(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     figure, axes = plt.subplots(1, len(names), figsize=(9, 3.4), squeeze=False, layout="constrained")
     for axis, name in zip(axes[0], names, strict=True):
         recording = next(r for r in bundle.recordings if r.name == name)
-        for label, color in (("baseline", "tab:red"), ("augmented", "tab:blue")):
-            error = _error_m(recording, found.heldout_markers_m[label][name])
+        for label, color in COLORS.items():
+            told_m = found.heldout_markers_m[label].get(name)
+            if told_m is None:  # named in the legend, so that nobody takes one curve for both
+                axis.plot([], [], color=color, label=f"{label}: cannot be simulated")
+                continue
+            error = _error_m(recording, told_m)
             axis.plot(recording.time_s, 1e3 * error, color=color, label=label, lw=1.2)
         axis.axhline(1e3 * found.noise_m, color="k", ls=":", label="noise (blocks of 40 ms)")
         axis.set(xlabel="time [s]", ylabel="error [mm rms]", title=name, ylim=(0, None))
@@ -64,8 +69,9 @@ def draw_key_frames(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     """
     name = found.heldout[0]
     recording = next(r for r in bundle.recordings if r.name == name)
-    runs = {label: found.heldout_markers_m[label][name] for label in ("baseline", "augmented")}
-    error = _error_m(recording, runs["baseline"])
+    runs = {label: run[name] for label, run in found.heldout_markers_m.items() if name in run}
+    worst = next(iter(runs), None)
+    error = _error_m(recording, runs[worst] if worst else recording.markers_m)
     frames = [int(part[np.argmax(error[part])]) for part in np.array_split(np.flatnonzero(np.isfinite(error)), 4)]
     side = int(np.ma.masked_invalid(recording.markers_m[..., :2]).std(axis=0).mean(axis=0).argmax())
     low, high = np.nanmin(recording.markers_m, axis=(0, 1)), np.nanmax(recording.markers_m, axis=(0, 1))
@@ -74,7 +80,8 @@ def draw_key_frames(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     figure, axes = plt.subplots(1, 4, figsize=(12, 3.6), sharex=True, sharey=True, layout="constrained")
     for axis, frame in zip(axes, frames, strict=True):
         seen = 1e3 * recording.markers_m[frame][:, [across, up]]
-        for (label, run), color in zip(runs.items(), ("tab:red", "tab:blue"), strict=True):
+        for label, run in runs.items():
+            color = COLORS[label]
             told = 1e3 * run[frame][:, [across, up]]
             axis.plot(*np.stack([seen, told], axis=1).transpose(2, 1, 0), color=color, lw=0.8)
             axis.scatter(*told.T, s=9, color=color, label=label)
@@ -82,7 +89,8 @@ def draw_key_frames(path: Path, bundle: Bundle, found: Diagnosis) -> None:
         axis.set(xlabel=f"{'xyz'[across]} [mm]", title=f"{recording.time_s[frame]:.2f} s", aspect="equal")
     axes[0].set_ylabel(f"{'xyz'[up]} [mm]")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", fontsize=8)
-    figure.suptitle(f"{name}: the moments at which the baseline is most wrong in each quarter")
+    said = f"the moments at which the model ({worst}) is most wrong in each quarter" if worst else "cannot be simulated"
+    figure.suptitle(f"{name}: {said}")
     save_figure(figure, path, dpi=110)
     plt.close(figure)
 

@@ -25,7 +25,7 @@ from sim1.mismatch.strict_json import write_json
 from sim1.mismatch.summary import SCHEMA, Prices, Summary
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 from sim1.mismatch.uncertainty import deviations, established, unsteadiness
-from sim1.mismatch.verdict import Verdict
+from sim1.mismatch.verdict import Verdict, in_mm
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
 
@@ -95,13 +95,13 @@ def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESH
     columns, share = found.located.region()
     ids = bundle.anchors.marker
     before, after = found.rmse_m["baseline"], found.rmse_m["augmented"]
-    reduction = 1.0 - after["heldout"] / before["heldout"] if before["heldout"] else 0.0
+    reduction = _reduction(before["heldout"], after["heldout"])
     effects = []
     if found.verdict in ("named", "ambiguous"):
         for index in range(len(found.chosen.fit.unknowns.terms)):
             entry = effect_entry(found.chosen.fit, index)
             effects.append(
-                {**entry, "probability": chances.get(entry["name"], 0.0), "heldout_rmse_reduction": float(reduction)}
+                {**entry, "probability": chances.get(entry["name"], 0.0), "heldout_rmse_reduction": reduction}
             )
         effects.sort(key=lambda entry: -entry["probability"])
     named = {entry["name"] for entry in effects}
@@ -126,8 +126,14 @@ def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESH
             "missing_physics": effects,
             "alternatives": others,
             "next_experiment": _next(found),
+            "remarks": list(found.remarks),
         }
     )
+
+
+def _reduction(before_m: float | None, after_m: float | None) -> float | None:
+    """By what share of itself an error falls; None where one of the two is not known."""
+    return 1.0 - after_m / before_m if before_m and after_m is not None else None
 
 
 def admitted(found: Diagnosis, thresholds: Thresholds) -> tuple[Model, ...]:
@@ -204,23 +210,25 @@ def sentence(found: Diagnosis) -> str:
     """The verdict in one sentence."""
     if found.stopped and not found.chosen.terms:
         return "The search was stopped before it found anything: diagnose again with more time."
-    before, after = 1e3 * found.rmse_m["baseline"]["heldout"], 1e3 * found.rmse_m["augmented"]["heldout"]
+    before, after = (in_mm(found.rmse_m[label]["heldout"]) for label in ("baseline", "augmented"))
     if found.verdict == "none":
         most = worst(found.baseline.fit)
         odd = most >= THRESHOLDS.misfit_alone or found.misfit["baseline"] >= THRESHOLDS.misfit
         chaos = f" One recording leaves {most:.1f} times what noise and mesh explain, like nothing that is known: a sheet that is nearly chaotic does."
-        return f"Nothing is missing that these recordings could show: {before:.2f} mm on held-out motion.{chaos if odd else ''}"
+        return (
+            f"Nothing is missing that these recordings could show: {before} on held-out motion.{chaos if odd else ''}"
+        )
     left = found.misfit["chosen"]
     more = ""
     if left > THRESHOLDS.misfit:
         more = f" The mean square of what is left is {left:.1f} times what noise and mesh explain: that is not all."
     if found.verdict == "named":
-        return f"Left out: {_joined(found.chosen)}. With it the error on held-out motion goes from {before:.2f} to {after:.2f} mm.{more}"
+        return f"Left out: {_joined(found.chosen)}. With it the error on held-out motion goes from {before} to {after}.{more}"
     if found.verdict == "ambiguous":
         rivals = ", ".join(_joined(rival) for rival in found.rivals)
-        return f"Something was left out, and {_joined(found.chosen)} explains it no better than {rivals} ({before:.2f} to {after:.2f} mm held out).{more}"
+        return f"Something was left out, and {_joined(found.chosen)} explains it no better than {rivals} ({before} to {after} held out).{more}"
     nearest = f"; {_joined(found.models[0])} comes nearest and is not borne out" if found.models[0].terms else ""
-    return f"Something was left out that no known effect explains: {before:.2f} mm on held-out motion{nearest}."
+    return f"Something was left out that no known effect explains: {before} on held-out motion{nearest}."
 
 
 def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary:

@@ -37,6 +37,6 @@ def _grips_are_learnt(bundle: Bundle, name: str) -> bool:
 
 
 def rmse_of(bundle: Bundle, markers: dict[str, np.ndarray], names: tuple[str, ...]) -> float:
-    """Root mean square difference per coordinate, m."""
+    """Root mean square difference per coordinate, m, over recordings that all have markers (N, M, 3)."""
     parts = [(markers[r.name] - r.markers_m)[r.seen].ravel() for r in bundle.recordings if r.name in names]
     return float(np.sqrt(np.square(np.concatenate(parts)).mean()))

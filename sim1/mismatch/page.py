@@ -7,7 +7,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.summary import Summary
-from sim1.mismatch.verdict import Verdict
+from sim1.mismatch.verdict import Verdict, in_mm
 
 CAPTIONS = {  # pictures of a diagnosis, in their order on the page
     "forces.png": "Where and when: the force that the baseline lacks",
@@ -22,9 +22,9 @@ def write_page(path: Path, verdict: Verdict, summary: Summary, pictures: Path, *
         (base64.b64encode((pictures / name).read_bytes()).decode(), caption) for name, caption in CAPTIONS.items()
     ]
     loader = FileSystemLoader(Path(__file__).parent)
-    template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined).get_template(
-        "diagnosis.html.jinja"
-    )
+    surroundings = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    surroundings.filters["in_mm"] = in_mm
+    template = surroundings.get_template("diagnosis.html.jinja")
     path.write_text(
         template.render(
             verdict=verdict,

@@ -36,7 +36,7 @@ def check_calibrated_physics(artifact: Path) -> list[Finding]:
     from sim1.cloth.cell_physics import cell_physics, effects_left_out
     from sim1.cloth.physics import read_physics
     from sim1.mismatch.summary import read_summary
-    from sim1.mismatch.verdict import read_verdict
+    from sim1.mismatch.verdict import in_mm, read_verdict
 
     try:
         models = {name: read_physics(artifact / f"{name}.yaml") for name in ("model", "baseline", "prior")}
@@ -47,7 +47,7 @@ def check_calibrated_physics(artifact: Path) -> list[Finding]:
     except BadInput as error:
         return [Finding(name="model_reads", passed=False, detail=str(error))]
     error = verdict.rmse_m.augmented
-    unseen, seen = 1e3 * error.heldout, 1e3 * error.fit
+    known = error.heldout is not None and error.fit is not None
     return [
         Finding(
             name="model_reads",
@@ -68,11 +68,15 @@ def check_calibrated_physics(artifact: Path) -> list[Finding]:
         ),
         Finding(
             name="heldout_transfers",
-            passed=unseen <= 2.0 * seen,
-            detail=f"error {unseen:.2f} mm on held-out motion, {seen:.2f} mm on fitted motion (limit twice that)",
+            passed=known and error.heldout <= 2.0 * error.fit,
+            detail=f"{in_mm(error.heldout)} on held-out motion, {in_mm(error.fit)} on fitted motion (limit twice that)",
             blocking=False,
         ),
-        Finding(name="heldout_sane", passed=unseen < 50.0, detail=f"held-out error {unseen:.2f} mm (limit 50 mm)"),
+        Finding(
+            name="heldout_sane",
+            passed=error.heldout is not None and error.heldout < 0.05,
+            detail=f"{in_mm(error.heldout)} on held-out motion (limit 50 mm)",
+        ),
         Finding(
             name="cell_acts_effects",
             passed=not left_out,
@@ -102,7 +106,7 @@ def mismatch_report(inputs: Inputs, out: Path, config: MismatchReportConfig) -> 
 
 def check_mismatch_report(artifact: Path) -> list[Finding]:
     """The verdict keeps its schema; a difference that no model explains is worth a warning."""
-    from sim1.mismatch.verdict import read_verdict
+    from sim1.mismatch.verdict import in_mm, read_verdict
 
     try:
         verdict = read_verdict(artifact / "verdict.json")
@@ -117,7 +121,7 @@ def check_mismatch_report(artifact: Path) -> list[Finding]:
         Finding(
             name="mismatch_modelled",
             passed=verdict.verdict in ("none", "named"),
-            detail=f"verdict {verdict.verdict}: held-out error {1e3 * error:.2f} mm with noise {1e3 * verdict.noise_std_m:.2f} mm (means of 40 ms)",
+            detail=f"verdict {verdict.verdict}: {in_mm(error)} on held-out motion with noise {1e3 * verdict.noise_std_m:.2f} mm (means of 40 ms)",
             blocking=False,
         ),
     ]

@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/7`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/8`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/7"
+SCHEMA = "sim1.diagnosis/8"
 
 
 class Ranked(Strict):
@@ -78,11 +78,11 @@ class Prices(Strict):
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/7"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/8"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts
-    heldout_nats: float  # by which it is less likely with what was named than with the baseline; below 0: more likely
+    heldout_nats: float | None  # by which it is less likely with what was named than with the baseline; None: not known
     withdrawn: tuple[str, ...]  # names of which it left too little
     converged: bool  # the searches of the baseline and of the chosen model
     creep_m: float  # of markers over the cloth, standard deviation by coordinate; counted as an error that lasts

@@ -11,10 +11,12 @@ type Share = pydantic.confloat(ge=0, le=1)
 
 
 class Errors(Strict):
-    """Root mean square per coordinate, m."""
+    """Root mean square per coordinate, m; None where no simulation follows one of the recordings to its end."""
 
-    fit: pydantic.NonNegativeFloat
-    heldout: pydantic.NonNegativeFloat  # on recordings that no fit has seen; they do decide whether an effect is kept
+    fit: pydantic.NonNegativeFloat | None
+    heldout: (
+        pydantic.NonNegativeFloat | None
+    )  # on motion that no fit has seen; it does decide whether an effect is kept
 
 
 class BothErrors(Strict):
@@ -62,7 +64,7 @@ class Effect(Strict):
     name: str
     probability: Share
     parameters: dict[str, Coefficient]
-    heldout_rmse_reduction: float
+    heldout_rmse_reduction: float | None  # by it beside what else was named; None: not known, see `remarks`
 
 
 class Alternative(Strict):
@@ -78,12 +80,13 @@ class Verdict(Strict):
 
     schema_: Literal["sim1.verdict/1"] = pydantic.Field(default="sim1.verdict/1", alias="schema")
     verdict: Literal["none", "named", "ambiguous", "unknown"]
-    noise_std_m: pydantic.PositiveFloat
+    noise_std_m: pydantic.PositiveFloat  # of the markers, per coordinate and frame
     rmse_m: BothErrors
     mismatch: Mismatch
     missing_physics: list[Effect]
     alternatives: list[Alternative]
     next_experiment: str
+    remarks: tuple[str, ...] = ()  # what could not be computed, and what contradicts what the bundle states
 
     @pydantic.model_validator(mode="after")
     def _consistent(self) -> "Verdict":
@@ -92,6 +95,11 @@ class Verdict(Strict):
         if self.verdict == "named" and not self.missing_physics:
             raise ValueError("the verdict is named without a name")
         return self
+
+
+def in_mm(error_m: float | None) -> str:
+    """An error as people read it."""
+    return "an unknown error" if error_m is None else f"{1e3 * error_m:.2f} mm"
 
 
 def read_verdict(path: Path) -> Verdict:

@@ -6,7 +6,7 @@ A recording always goes to the same process, which has its scenes ready and star
 import multiprocessing
 import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,6 +102,13 @@ def _distinct(worlds: tuple[World, ...], scene: Scene) -> tuple[list[World], lis
     return [worlds[k] for k in order], [order.index(k) for k in where]
 
 
+def _answer(future: Future[Done]) -> Done | NotConverged:
+    try:
+        return future.result()
+    except NotConverged as error:
+        return error
+
+
 class Workers:
     """Processes that answer tasks in their order."""
 
@@ -116,15 +123,11 @@ class Workers:
         self._seconds = {one.name: float(one.time_s[-1] - one.time_s[0]) for one in bundle.recordings}
         self._owner: dict[str, int] = {}
 
-    def __call__(self, tasks: Sequence[Task]) -> list[Done]:
-        """Answers in the order of the tasks.
-
-        Raises:
-            NotConverged: a simulation found no rest or no next state.
-        """
+    def __call__(self, tasks: Sequence[Task]) -> list[Done | NotConverged]:
+        """Answers in the order of the tasks; where a simulation found no rest or no next state, what it says of that."""
         self._own({task.recording for task in tasks} - set(self._owner))
         waiting = [self._pools[self._owner[task.recording]].submit(_work, task) for task in tasks]
-        return [future.result() for future in waiting]
+        return [_answer(future) for future in waiting]
 
     def _own(self, recordings: set[str]) -> None:
         """Give each recording to the process with the fewest seconds to simulate, the longest first (Graham 1969)."""

@@ -119,7 +119,10 @@ def _row(label: str, outcomes: Sequence[Outcome], rule) -> Method:
     moved = [
         (one, answer.heldout_mm)
         for one, answer in said
-        if one.kind not in WITHOUT and one.found and answer.heldout_mm is not None
+        if one.kind not in WITHOUT
+        and one.found
+        and one.found.heldout_mm[0] is not None
+        and answer.heldout_mm is not None
     ]
     gaps = [gap for one, after in moved if (gap := one.gap_closed_by(after)) is not None]
     return Method(

@@ -50,8 +50,8 @@ class Found(Strict):
     misfit: tuple[float, float]  # baseline, chosen: mean squared residual in units of noise and mesh error
     misfit_alone: float  # of the baseline, in the recording with the largest
     table: bool  # whether cloth could lie on one
-    fit_mm: tuple[float, float]  # rmse before and after what was added, from rest and drives alone
-    heldout_mm: tuple[float, float]
+    fit_mm: tuple[float | None, float | None]  # rmse before and after what was added, from rest and drives alone
+    heldout_mm: tuple[float | None, float | None]  # None: no simulation follows all of it
     place_auc: float | None  # None: force was concealed nowhere or everywhere
     over_limit: dict[
         str, float
@@ -82,14 +82,15 @@ class Outcome(Strict):
     @property
     def gap_closed(self) -> float | None:
         """Share of what the oracle gains held out that the diagnosis gained; None where there was next to nothing to gain."""
-        return None if self.found is None else self.gap_closed_by(self.found.heldout_mm[1])
+        after = self.found and self.found.heldout_mm[1]
+        return None if after is None else self.gap_closed_by(after)
 
     def gap_closed_by(self, after_mm: float) -> float | None:
         """The same of any other method's error held out."""
         if self.found is None or self.oracle_mm is None:
             return None
         before = self.found.heldout_mm[0]
-        if before - self.oracle_mm < WORTH * before:
+        if before is None or before - self.oracle_mm < WORTH * before:
             return None
         return (before - after_mm) / (before - self.oracle_mm)
 
@@ -246,13 +247,17 @@ def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found
         misfit=(summary.misfit.baseline, summary.misfit.chosen),
         misfit_alone=summary.misfit.alone,
         table=summary.misfit.table,
-        fit_mm=(1e3 * before.fit, 1e3 * after.fit),
-        heldout_mm=(1e3 * before.heldout, 1e3 * after.heldout),
+        fit_mm=(_mm(before.fit), _mm(after.fit)),
+        heldout_mm=(_mm(before.heldout), _mm(after.heldout)),
         place_auc=auc,
         over_limit={
             name: over for name, given in true.items() if (over := over_limit(summary, name, given)) is not None
         },
     )
+
+
+def _mm(error_m: float | None) -> float | None:
+    return None if error_m is None else 1e3 * error_m
 
 
 def over_limit(summary: Summary, effect: str, given: Mapping[str, float]) -> float | None:

@@ -156,7 +156,8 @@ def _median(values: Sequence[float]) -> float | None:
 
 
 def _worst(outcomes: Sequence[Outcome]) -> Extreme | None:
-    cases = [(o.found.heldout_mm[1] - o.found.heldout_mm[0], o) for o in outcomes if o.found]
+    known = [o for o in outcomes if o.found and None not in o.found.heldout_mm]
+    cases = [(o.found.heldout_mm[1] - o.found.heldout_mm[0], o) for o in known]
     worse, outcome = max(cases, key=lambda item: item[0], default=(0.0, None))
     if worse <= 0 or outcome is None:
         return None

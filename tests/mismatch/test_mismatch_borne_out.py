@@ -119,3 +119,13 @@ def test_where_a_part_explains_too_little_a_delay_that_was_measured_leads(unknow
     assert found.chosen.terms == pair
     kept = borne_out(found, pool, against, THRESHOLDS, measured)
     assert (kept.verdict, kept.chosen.terms) == ("named", late)
+
+
+def test_a_name_with_which_no_simulation_follows_motion_held_out_stays_as_fits_have_it(unknowns):
+    pair, first = ("air_drag", "shrinkage"), ("air_drag",)
+    pool = pool_of(unknowns, {first: 400.0, pair: 400.0 + 0.8 * THRESHOLDS.second})
+    found = decide(pool, THRESHOLDS)
+    more = doubtful(found, pool, THRESHOLDS)
+    for against in ({}, {pair: -500.0}, {first: 0.0}):
+        assert with_doubtful(found, more, pool, against, THRESHOLDS) is found
+    assert borne_out(found, pool, {pair: -500.0}, THRESHOLDS) is found

@@ -8,9 +8,11 @@ import pytest
 from small_bundle import empty_bundle, filmed
 
 from sim1.cloth.physics import read_physics
+from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.decide import gain_of
 from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import diagnose
+from sim1.mismatch.engine import Engine
 from sim1.mismatch.findings import run_diagnosis
 from sim1.mismatch.forces_file import read_forces
 from sim1.mismatch.patience import Patience
@@ -128,6 +130,34 @@ def test_a_search_that_is_stopped_reports_what_it_knows_and_claims_nothing(tmp_p
     assert verdict.missing_physics == []
     assert "more time" in verdict.next_experiment
     assert read_physics(tmp_path / "out" / "baseline.yaml").effects == ()
+
+
+def test_what_cannot_be_simulated_after_the_search_is_told_and_the_rest_of_the_diagnosis_stays(tmp_path, monkeypatch):
+    """Free runs of one recording and the way along its markers find no next state, as in a sheet that snaps."""
+    whole = Engine.attempted
+    lost = NotConverged("recording swing_0: no next state at 0.700 s")
+
+    def attempted(engine, tasks):
+        runs = whole(engine, tasks)
+        gone = [task.recording == "swing_0" and (task.paths or not task.follow_hz) for task in tasks]
+        return [lost if out else run for out, run in zip(gone, runs, strict=True)]
+
+    monkeypatch.setattr(Engine, "attempted", attempted)
+    write_bundle(tmp_path / "bundle", filmed(empty_bundle(motions=2, duration_s=1.2), air_normal=3.0))
+    verdict = run_diagnosis(tmp_path / "bundle", tmp_path / "out", lambda share, what: None, budget_s=0.0)
+    summary = read_summary(tmp_path / "out" / "summary.json")
+    assert read_verdict(tmp_path / "out" / "verdict.json") == verdict
+    errors = {"fit": verdict.rmse_m.baseline.fit, "heldout": verdict.rmse_m.baseline.heldout}
+    [part] = [name for name in ("fitted", "heldout") if "swing_0" in getattr(summary, name)]
+    assert errors[part.removesuffix("ted")] is None
+    assert sum(error is None for error in errors.values()) == 1
+    assert len(verdict.remarks) == 2
+    page = (tmp_path / "out" / "report.html").read_text()
+    for remark in verdict.remarks:
+        assert "swing_0" in remark
+        assert "no next state at 0.700 s" in remark
+        assert remark in page
+    assert set(read_forces(tmp_path / "out" / "forces.npz")) == {"swing_1"}
 
 
 @pytest.fixture
