@@ -14,6 +14,7 @@ from sim1.mismatch.fit import Tempers
 from sim1.mismatch.foretold import Foretold, foretold_by, nats_against
 from sim1.mismatch.heldout import held_out, rmse_of
 from sim1.mismatch.models import Model
+from sim1.mismatch.noise import frame_noise
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
@@ -34,7 +35,7 @@ class Diagnosis:
     fitted: tuple[str, ...]
     heldout: tuple[str, ...]
     temper: Tempers
-    noise_m: float
+    noise_m: float  # of a marker's coordinate in one frame
     creep_m: float  # of markers over the cloth; 0: none seen
     baseline: Model
     models: tuple[Model, ...]  # every model that was fitted, best first, the baseline among them
@@ -106,6 +107,7 @@ def _diagnose(
         stopped or any(candidate.gain > thresholds.asked((candidate.term.effect.name,)) for candidate in found.lost)
     ):
         verdict = "unknown"  # not all was tried
+    noise = frame_noise(bundle, engine.noise_m, engine.block_frames)
     progress(0.93, "locating")
     located = locate_forces(engine, decision.chosen.fit, engine.names)
     judged = (decision.chosen if decision.chosen.terms else named).terms
@@ -113,7 +115,7 @@ def _diagnose(
         fitted=fitted,
         heldout=heldout,
         temper=found.temper,
-        noise_m=engine.noise_m,
+        noise_m=noise.std_m,
         creep_m=engine.creep_m,
         baseline=decision.null,
         models=tuple(sorted(found.pool, key=lambda model: rating(model, thresholds))),
@@ -133,6 +135,7 @@ def _diagnose(
         heldout_markers_m={label: one.of(heldout).markers_m for label, one in foretold.items()},
         located=located,
         remarks=(
+            *([noise.remark] if noise.remark else []),
             *_not_foretold(foretold),
             *(_not_asked(terms, why) for terms, why in unasked.items()),
             *(f"no force is located in {name}: {why}" for name, why in located.lost.items()),

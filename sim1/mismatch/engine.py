@@ -54,7 +54,8 @@ class Engine:
         self.bundle, self.follow_hz, self.patience = bundle, follow_hz, patience or Patience()
         self.workers = Workers(bundle, processes)
         observed = [observe(recording) for recording in bundle.recordings]
-        self.noise_m = noise = _noise_m(bundle, observed)
+        self.block_frames = min(float(np.median(np.diff(one.starts))) for one in observed)
+        self.noise_m = noise = _noise_m(bundle, observed, self.block_frames)  # of blocks
         self.creep_m = creep = creep_m(bundle) or 0.0
         self.finer = self.finest = mesh_for(bundle)  # how often the given mesh is refined
         self.stages = {
@@ -257,7 +258,7 @@ class Engine:
         return (sum(spans_s) + other * max(spans_s)) * 2 / FINE_STEP_S + sum(spans_s) / STEP_S
 
 
-def _noise_m(bundle: Bundle, observed: list[Observed]) -> float:
+def _noise_m(bundle: Bundle, observed: list[Observed], block_frames: float) -> float:
     measured = block_noise_m(observed, list(bundle.recordings))
     if measured:
         return measured
@@ -265,8 +266,7 @@ def _noise_m(bundle: Bundle, observed: list[Observed]) -> float:
         raise BadInput(
             "bundle.yaml: markers.noise_std_m is null and no recording rests long enough to measure it: state the markers' noise in m"
         )
-    frames = min(float(np.median(np.diff(one.starts))) for one in observed)
-    return bundle.noise_std_m / float(np.sqrt(frames))
+    return bundle.noise_std_m / float(np.sqrt(block_frames))
 
 
 def mesh_for(bundle: Bundle) -> int:

@@ -55,7 +55,7 @@ def draw_heldout_error(path: Path, bundle: Bundle, found: Diagnosis) -> None:
                 continue
             error = _error_m(recording, told_m)
             axis.plot(recording.time_s, 1e3 * error, color=color, label=label, lw=1.2)
-        axis.axhline(1e3 * found.noise_m, color="k", ls=":", label="noise (blocks of 40 ms)")
+        axis.axhline(1e3 * found.noise_m, color="k", ls=":", label="noise")
         axis.set(xlabel="time [s]", ylabel="error [mm rms]", title=name, ylim=(0, None))
         axis.legend(fontsize=8)
     save_figure(figure, path, dpi=110)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim1.recording.bundle import Recording
+from sim1.recording.bundle import Bundle, Recording
 from sim1.recording.motion import COARSE, rest_until_s
 
 FEWEST_FRAMES = 5  # at rest; fewer give no spread
@@ -45,6 +45,16 @@ def marker_noise(recording: Recording) -> MarkerNoise | None:
     return MarkerNoise(
         std_m=float(np.sqrt(np.mean(bend**2))), core_std_m=core, slow_share=None, correlation_s=None, at_rest=False
     )
+
+
+def resting_noise_m(bundle: Bundle) -> float | None:
+    """Standard deviation of a marker's coordinate in a frame, gross errors included; None where no recording rests long enough.
+
+    The median of the recordings that do.
+    """
+    noises = [marker_noise(recording) for recording in bundle.recordings]
+    measured = [noise.std_m for noise in noises if noise is not None and noise.at_rest]
+    return float(np.median(measured)) if measured else None
 
 
 def _without_drift(time_s: np.ndarray, frames_m: np.ndarray) -> tuple[np.ndarray, int]:

@@ -40,6 +40,8 @@ def test_concealed_drag_is_named_with_its_coefficient_in_the_interval(dragged):
     _, _, verdict, _ = dragged
     assert verdict.verdict == "named"
     assert verdict.missing_physics[0].name == "air_drag"
+    assert verdict.noise_std_m == pytest.approx(3e-4, rel=0.1)
+    assert verdict.remarks == ()
     found = verdict.missing_physics[0].parameters["c_normal"]
     assert found.value == pytest.approx(3.0, rel=0.15)
     assert verdict.rmse_m.augmented.heldout < 0.5 * verdict.rmse_m.baseline.heldout
