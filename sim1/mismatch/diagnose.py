@@ -11,7 +11,7 @@ from sim1.mismatch.contest import contest
 from sim1.mismatch.decide import decide, rating
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Tempers
-from sim1.mismatch.foretold import Foretold, foretold_by, nats_against
+from sim1.mismatch.foretold import ByTerms, Foretold, foretold_by, nats_against
 from sim1.mismatch.heldout import held_out, rmse_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.noise import frame_noise
@@ -54,6 +54,9 @@ class Diagnosis:
     heldout_markers_m: dict[
         str, dict[str, np.ndarray]
     ]  # baseline, augmented: recording -> (N, M, 3), where it can be simulated
+    heldout_without_m: dict[
+        str, float | None
+    ]  # error held out of what was chosen without each of its effects, where that was asked
     located: Located  # what the chosen model has and the baseline has not; what is missing, if nothing was chosen
     remarks: tuple[str, ...]  # what could not be computed, and what contradicts what was stated
     simulating_s: float  # of the time that it took
@@ -110,6 +113,7 @@ def _diagnose(
     noise = frame_noise(bundle, engine.noise_m, engine.block_frames)
     progress(0.93, "locating")
     located = locate_forces(engine, decision.chosen.fit, engine.names)
+    without_m = _without_each(bundle, decision.chosen.terms, told, heldout)
     judged = (decision.chosen if decision.chosen.terms else named).terms
     return Diagnosis(
         fitted=fitted,
@@ -133,11 +137,13 @@ def _diagnose(
             for label, one in foretold.items()
         },
         heldout_markers_m={label: one.of(heldout).markers_m for label, one in foretold.items()},
+        heldout_without_m=without_m,
         located=located,
         remarks=(
             *([noise.remark] if noise.remark else []),
             *_not_foretold(foretold),
             *(_not_asked(terms, why) for terms, why in unasked.items()),
+            *(_not_set_apart(name) for name, error_m in without_m.items() if error_m is None),
             *(f"no force is located in {name}: {why}" for name, why in located.lost.items()),
         ),
         simulating_s=engine.simulating_s,
@@ -147,6 +153,18 @@ def _diagnose(
 def _error_m(bundle: Bundle, told: Foretold, names: tuple[str, ...]) -> float | None:
     """Root mean square error per coordinate; None where one of the recordings could not be simulated: of fewer it is another figure."""
     return None if told.of(names).lost else rmse_of(bundle, told.markers_m, names)
+
+
+def _without_each(
+    bundle: Bundle, terms: tuple[str, ...], told: ByTerms, heldout: tuple[str, ...]
+) -> dict[str, float | None]:
+    """Error of the model with all effects but one, by that one; None: there is none that was fitted and foretold to the end."""
+    rest = {name: told.get(tuple(one for one in terms if one != name)) for name in terms}
+    return {name: one and _error_m(bundle, one, heldout) for name, one in rest.items()}
+
+
+def _not_set_apart(name: str) -> str:
+    return f"what {name} adds on motion held out is not known: no model without it was fitted and foretold to the end"
 
 
 def _not_foretold(foretold: dict[str, Foretold]) -> Iterator[str]:

@@ -95,14 +95,13 @@ def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESH
     columns, share = found.located.region()
     ids = bundle.anchors.marker
     before, after = found.rmse_m["baseline"], found.rmse_m["augmented"]
-    reduction = _reduction(before["heldout"], after["heldout"])
     effects = []
     if found.verdict in ("named", "ambiguous"):
         for index in range(len(found.chosen.fit.unknowns.terms)):
             entry = effect_entry(found.chosen.fit, index)
-            effects.append(
-                {**entry, "probability": chances.get(entry["name"], 0.0), "heldout_rmse_reduction": reduction}
-            )
+            reduction = _reduction(found.heldout_without_m[entry["name"]], after["heldout"])
+            chance = chances.get(entry["name"], 0.0)
+            effects.append({**entry, "probability": chance, "heldout_rmse_reduction": reduction})
         effects.sort(key=lambda entry: -entry["probability"])
     named = {entry["name"] for entry in effects}
     others = [
