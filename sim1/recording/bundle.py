@@ -3,7 +3,6 @@
 SI units, right-handed frame, z up. A bundle that reads without an error is consistent: every index, clock and unit was checked.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,18 +11,17 @@ from sim1.recording.consistency import Seen, check_clocks, check_folders, check_
 from sim1.recording.document import (
     SCHEMA,
     Document,
-    Environment,
     HoldPart,
-    Priors,
     RecordingPart,
     read_document,
     write_document,
 )
 from sim1.recording.mesh import RestMesh, read_mesh, write_mesh
 from sim1.recording.problems import Problems
+from sim1.recording.recorded import Bundle, Hold, Recording
+from sim1.recording.starts import check_start
 from sim1.recording.streams import (
     Anchors,
-    Track,
     read_anchors,
     read_drives,
     read_markers,
@@ -34,46 +32,6 @@ from sim1.recording.streams import (
 from sim1.stage import BadInput
 
 NO_MESH = 2**31  # faces, where the mesh does not read: its anchors are then checked for all but the face
-
-
-@dataclass(frozen=True, kw_only=True)
-class Hold:
-    """Mesh vertices that move rigidly with a drive for a while."""
-
-    drive: str
-    vertices: np.ndarray  # (h,)
-    from_s: float
-    to_s: float
-    places_m: np.ndarray | None  # (h, 3) in the drive's frame; None: not measured
-
-
-@dataclass(frozen=True, kw_only=True)
-class Recording:
-    """One motion: T frames of M markers, and what the drives were told."""
-
-    name: str
-    starts: str  # "rest" or "moving"
-    holds: tuple[Hold, ...]
-    time_s: np.ndarray  # (T,) clock of the markers
-    markers_m: np.ndarray  # (T, M, 3), NaN where a marker was not seen
-    drives: dict[str, Track]
-
-    @property
-    def seen(self) -> np.ndarray:
-        """Whether each marker was seen, (T, M)."""
-        return np.isfinite(self.markers_m).all(-1)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bundle:
-    """One garment and its recorded motions."""
-
-    mesh: RestMesh
-    prior: Priors
-    environment: Environment
-    noise_std_m: float | None  # of the markers, per coordinate; None: not known
-    anchors: Anchors
-    recordings: tuple[Recording, ...]
 
 
 def read_bundle(folder: Path) -> Bundle:
@@ -147,7 +105,11 @@ def _read_recording(
         )
         for hold in part.holds
     )
-    return Recording(name=part.name, starts=part.starts, holds=holds, time_s=time_s, markers_m=markers_m, drives=drives)
+    recording = Recording(
+        name=part.name, starts=part.starts, holds=holds, time_s=time_s, markers_m=markers_m, drives=drives
+    )
+    problems.attempt(check_start, place, recording)
+    return recording
 
 
 def write_bundle(folder: Path, bundle: Bundle) -> None:

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim1.recording.bundle import Bundle, Recording
 from sim1.recording.motion import COARSE, rest_until_s
+from sim1.recording.recorded import Bundle, Recording
 
 FEWEST_FRAMES = 5  # at rest; fewer give no spread
 FEWEST_FOR_CORRELATION = 12

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sim1.recording.bundle import Recording
+from sim1.recording.recorded import Recording
 from sim1.recording.streams import Track
 
 STILL = 2e-4, 1e-3  # [m, rad] a drive this close to its first pose rests

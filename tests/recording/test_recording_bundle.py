@@ -42,7 +42,7 @@ def small_bundle() -> Bundle:
         drive="left", vertices=np.array([0, 1]), from_s=0.0, to_s=0.4, places_m=np.array([[0, 0, 0], [0.3, 0, 0]])
     )
     recordings = tuple(
-        Recording(name=name, starts="rest", holds=(hold,), time_s=frames, markers_m=markers, drives={"left": track})
+        Recording(name=name, starts="moving", holds=(hold,), time_s=frames, markers_m=markers, drives={"left": track})
         for name in ("swing_a", "b")
     )
     priors = {name: Prior(value=0.1, log_std=0.5) for name in Priors.model_fields} | {"thickness_m": Prior(value=0.001)}

@@ -116,6 +116,7 @@ def test_a_bundle_takes_its_drives_from_an_episode_and_its_markers_from_the_came
         part = content["recordings"]["swing_a"]
         part["drives"] = {"kind": "lerobot", "episode": 1, "shift_s": -0.05}
         part["markers"] = {"kind": "c3d", "file": "cameras.c3d"}
+        part["starts"] = "moving"  # as the arms of this episode do
         part["holds"] = [{"drive": "left", "vertices": [0, 1]}, {"drive": "right", "vertices": [4, 5]}]
 
     change_import(folder, edit)
