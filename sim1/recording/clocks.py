@@ -9,6 +9,21 @@ from sim1.stage import BadInput
 SLOWEST_S = 0.5  # median step: slower, and nothing of a motion is left, or the stamps are milliseconds
 CLOSEST_S = 1e-8  # two samples closer than this are one, stamped twice; single precision alone leaves more
 LONGEST_S = 3600.0
+LATEST_S = 3600.0  # from the clock's origin: motion is foretold from 0 s on, and a recording is no hour long
+
+
+def check_origin(place: str, time_s: np.ndarray, row_of: Callable[[int], int]) -> None:
+    """Check that the time stamps (n,) of one stream are finite and count from about its start.
+
+    Raises:
+        BadInput: they are not, as those of a computer's clock.
+    """
+    if (bad := ~(np.abs(time_s) <= LATEST_S)).any():
+        at = int(np.argmax(bad))
+        raise BadInput(
+            f"{place}: row {row_of(at)}: time_s is {time_s[at]:.12g}; expected seconds from the start of the recording, at most {LATEST_S:g}: "
+            "subtract one and the same stamp from both streams, and from from_s and to_s of the holds in bundle.yaml"
+        )
 
 
 def check_clock(place: str, time_s: np.ndarray, row_of: Callable[[int], int]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from sim1.recording.clocks import check_clock
+from sim1.recording.clocks import check_clock, check_origin
 from sim1.recording.drive_jumps import check_path
 from sim1.recording.tables import read_table
 from sim1.stage import BadInput
@@ -16,7 +16,6 @@ MARKER_COLUMNS = ("time_s", "marker", "x_m", "y_m", "z_m", "visible")
 DRIVE_COLUMNS = ("time_s", "drive", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "open")
 LARGEST_ID = 2**31 - 1  # ids are written as 32-bit numbers
 FARTHEST_M = 100.0  # from the origin: farther off is another unit
-LATEST_S = 1e11  # beyond any epoch
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,11 +79,9 @@ def read_markers(path: Path, marker: np.ndarray) -> tuple[np.ndarray, np.ndarray
     table = read_table(path, MARKER_COLUMNS)
     time, ids = table["time_s"].to_numpy(float), table["marker"].to_numpy(np.int64)
     place, seen = table[["x_m", "y_m", "z_m"]].to_numpy(float), table["visible"].to_numpy(bool)
-    if (bad := ~(np.abs(time) < LATEST_S)).any():
-        raise BadInput(f"{path}: row {_row(bad)}: time_s is {time[_row(bad)]}; expected seconds, finite")
+    check_origin(str(path), time, lambda at: at)
     frames, first, frame = np.unique(time, return_index=True, return_inverse=True)
-    if (np.diff(time) < 0).any():  # the rows of a frame share a stamp, so the stream's clock is that of its rows
-        check_clock(str(path), time, lambda row: row)
+    _check_order(path, time, ids)
     check_clock(str(path), frames, lambda at: int(first[at]))
     if (unknown := ~np.isin(ids, marker)).any():
         raise BadInput(
@@ -116,20 +113,39 @@ def read_markers(path: Path, marker: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return frames, positions
 
 
+def _check_order(path: Path, time_s: np.ndarray, ids: np.ndarray) -> None:
+    """Check that the rows of each marker follow its time: frame by frame or marker by marker, a clock that ran back is seen.
+
+    Raises:
+        BadInput: rows of a marker that go back in time.
+    """
+    rows = np.argsort(ids, kind="stable")
+    back = (np.diff(ids[rows]) == 0) & (np.diff(time_s[rows]) < 0)
+    if back.any():
+        before, after = (rows[int(np.argmax(back)) + k] for k in (0, 1))
+        raise BadInput(
+            f"{path}: row {after}: the clock runs back from {time_s[before]} s to {time_s[after]} s for marker {ids[after]}; "
+            "sort or repair the time stamps"
+        )
+
+
 def read_drives(path: Path) -> dict[str, Track]:
     """Read `drives.parquet`: one track per drive.
 
     Raises:
         BadInput: a clock that stands or runs backwards, NaN, a quaternion that is not unit, openness outside [0, 1], a jump.
     """
-    return drives_of(path, read_table(path, DRIVE_COLUMNS))
+    table = read_table(path, DRIVE_COLUMNS)
+    tracks = drives_of(path, table)
+    check_origin(str(path), table["time_s"].to_numpy(float), lambda at: at)
+    return tracks
 
 
 def drives_of(path: Path, table: pd.DataFrame) -> dict[str, Track]:
     """Tracks by name of a table with `DRIVE_COLUMNS`, rows numbered from 0; `path` is where it came from.
 
     Raises:
-        BadInput: as `read_drives`.
+        BadInput: as `read_drives`, but for the clock's origin, which an import may shift.
     """
     return {str(name): _track(path, str(name), part) for name, part in table.groupby("drive", sort=True)}
 
@@ -142,10 +158,10 @@ def _track(path: Path, name: str, part: pd.DataFrame) -> Track:
             f"{path}: row {rows[_row(bad)]}: drive {name!r} has a value that is not finite; a command is always known"
         )
     time, position, rotation, openness = values[:, 0], values[:, 1:4], values[:, 4:8], values[:, 8]
-    if (far := (np.abs(position) > FARTHEST_M).any(1) | (np.abs(time) > LATEST_S)).any():
+    if (far := (np.abs(position) > FARTHEST_M).any(1)).any():
         raise BadInput(
             f"{path}: row {rows[_row(far)]}: drive {name!r} is at {position[_row(far)].tolist()} at {time[_row(far)]} s; "
-            "expected metres and seconds: are these millimetres?"
+            "expected metres: are these millimetres?"
         )
     if len(time) < 2:
         raise BadInput(f"{path}: drive {name!r} has {len(time)} sample; a path needs 2 or more")

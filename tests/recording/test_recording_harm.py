@@ -50,6 +50,10 @@ def _in_milliseconds(folder):
         change(folder / file, lambda table: table.assign(time_s=table["time_s"] * 1000))
 
 
+def _since_1970(table):
+    return table.assign(time_s=table["time_s"] + 1.7e9)
+
+
 def _late(table):
     return table.assign(time_s=table["time_s"] + 1.0)
 
@@ -95,6 +99,18 @@ HARM = {
         r"markers\.parquet.*below the table",
     ),
     "stamps in milliseconds": (_in_milliseconds, r"drives\.parquet.*milliseconds"),
+    "stamps of a computer's clock": (
+        lambda f: [change(f / file, _since_1970) for file in (MARKERS, DRIVES)],
+        r"drives\.parquet.*row 0: time_s is 1700000000; expected seconds from the start.*subtract one and the same stamp",
+    ),
+    "markers stamped by a computer's clock": (
+        _with(MARKERS, _since_1970),
+        r"markers\.parquet.*row 0: time_s is 1700000000; expected seconds from the start",
+    ),
+    "rows of a marker that go back in time": (
+        _with(MARKERS, lambda t: t.sort_values(["marker", "time_s"], ascending=[True, False])),
+        r"markers\.parquet: row 1: the clock runs back .* for marker 2; sort",
+    ),
     "a frame stamped twice": (
         _with(
             MARKERS, lambda t: t.assign(time_s=t["time_s"].replace(t["time_s"].unique()[5], t["time_s"].unique()[4]))
@@ -149,6 +165,15 @@ def test_a_harmed_bundle_is_refused_with_file_value_and_remedy(folder, harm):
     do(folder)
     with pytest.raises(BadInput, match=f"(?s){words}"):
         read_bundle(folder)
+
+
+@pytest.mark.parametrize("by", [["marker", "time_s"], ["time_s", "marker"]])
+def test_rows_may_come_frame_by_frame_or_marker_by_marker(folder, by):
+    before = read_bundle(folder).recordings[1]
+    change(folder / MARKERS, lambda table: table.sort_values(by))
+    after = read_bundle(folder).recordings[1]
+    np.testing.assert_array_equal(after.time_s, before.time_s)
+    np.testing.assert_array_equal(after.markers_m, before.markers_m)
 
 
 def test_the_examination_names_what_is_wrong_in_every_file(folder):

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from sim1.recording.streams import DRIVE_COLUMNS, Track, drives_of, read_drives
-from sim1.recording.tables import checked_table
+from sim1.recording.streams import DRIVE_COLUMNS, Track, drives_of
+from sim1.recording.tables import checked_table, read_table
 from sim1.stage import BadInput
 
 
@@ -16,7 +16,7 @@ def read_drive_table(path: Path) -> dict[str, Track]:
         BadInput: missing, other columns, a damaged path.
     """
     if path.suffix == ".parquet":
-        return read_drives(path)
+        return drives_of(path, read_table(path, DRIVE_COLUMNS))
     try:
         table = pd.read_csv(path, skipinitialspace=True, encoding="utf-8-sig", dtype={"drive": str})
     except (OSError, ValueError) as error:  # a parser's error is a ValueError
