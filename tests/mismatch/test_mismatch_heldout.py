@@ -6,6 +6,8 @@ import pytest
 from small_bundle import empty_bundle
 
 from sim1.mismatch.heldout import held_out
+from sim1.recording.bundle import write_bundle
+from sim1.recording.examination import examine
 
 
 def gripped_elsewhere(bundle, name):
@@ -30,3 +32,26 @@ def test_the_motion_most_like_anothers_is_held_out_unless_nothing_tells_how_it_i
 def test_where_every_recording_has_grips_of_its_own_one_is_held_out_all_the_same():
     bundle = empty_bundle(motions=2, measured=False)
     assert held_out(gripped_elsewhere(bundle, "swing_0")) in {"swing_0", "swing_1"}
+
+
+def let_go(bundle, *names):
+    """The bundle with recordings in which nothing holds the cloth."""
+    parts = (replace(one, holds=()) if one.name in names else one for one in bundle.recordings)
+    return replace(bundle, recordings=tuple(parts))
+
+
+def test_what_nothing_holds_is_held_out_only_where_there_are_not_two_others():
+    bundle = empty_bundle(motions=4)
+    everywhere = [held_out(let_go(bundle, f"swing_{k}")) for k in range(4)]
+    assert all(chosen != f"swing_{k}" for k, chosen in enumerate(everywhere))
+    assert held_out(let_go(bundle, "swing_0", "swing_1")) in {"swing_2", "swing_3"}
+    assert held_out(let_go(bundle, "swing_0", "swing_1", "swing_2")) == "swing_2"  # the one held motion teaches
+    assert held_out(let_go(bundle, *(one.name for one in bundle.recordings))) == "swing_3"
+
+
+def test_a_bundle_in_which_nothing_is_held_is_examined_like_any_other(tmp_path):
+    bundle = empty_bundle(motions=3)
+    write_bundle(tmp_path / "b", let_go(bundle, "swing_1"))
+    found = examine(tmp_path / "b")
+    assert found.problems == ()
+    assert [one.hold_count for one in found.recordings] == [1, 0, 1]
