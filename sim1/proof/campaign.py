@@ -84,7 +84,7 @@ def _whole_case(campaign: Campaign, case: str) -> Record | None:
 
 
 def _prepare(campaign: Campaign, case: str) -> Record | None:
-    """Film a case unless that is done, and commit to its answers. Returns a record only where that fails."""
+    """Film a case unless that is done, and commit to its answers and films. Returns a record only where that fails."""
     files, asked = campaign.files, campaign.cases()[case]
     answers, code = files.answers(case), code_sha256(campaign.package)
     files.record(case).unlink(missing_ok=True)
@@ -98,7 +98,7 @@ def _prepare(campaign: Campaign, case: str) -> Record | None:
         return _record(campaign, case, "film", error=str(error), code=code)
     try:
         with campaign.lock:
-            made = commit(files.root, case, [answers, answers.with_suffix(".npz")], code)
+            made = commit(files.root, case, files.sealed(case), code)
     except BadInput as error:
         return _record(campaign, case, "seal", error=str(error), code=code)
     hashes = ", ".join(f"{name} {hashed}" for name, hashed in made.sha256.items())

@@ -83,6 +83,12 @@ class Files:
         """What the diagnosis is given."""
         return self.root / "bundles" / case
 
+    def sealed(self, case: str) -> list[Path]:
+        """What is committed to before a case is diagnosed: its answers, and every file that the diagnosis is given."""
+        answers, bundle = self.answers(case), self.bundle(case)
+        films = sorted(path for path in bundle.rglob("*") if path.is_file())
+        return [answers, answers.with_suffix(".npz"), *films]
+
     def found(self, case: str) -> Path:
         """What the diagnosis wrote."""
         return self.root / "found" / case

@@ -11,7 +11,7 @@ from sim1.proof.draw import Case
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.methods import Method, methods_of
 from sim1.proof.score import OtherCode, Outcome, is_right, kind_from, score
-from sim1.proof.seal import Commitment, check_committed, read_commitments
+from sim1.proof.seal import Commitment, check_committed, covers_films, read_commitments
 from sim1.proof.totals import Confusion, Totals, confusion_of, totals_of
 from sim1.stage import BadInput
 
@@ -41,11 +41,12 @@ class Proof(Strict):
     outcomes: tuple[Outcome, ...]
     not_scored: tuple[NotScored, ...]
     carried: tuple[str, ...]  # cases that were scored elsewhere: their answers are not here to be checked again
+    films_unsealed: tuple[str, ...]  # scored cases that were committed to by earlier code, to their answers alone
     commitments: tuple[Commitment, ...]
 
 
 def judge(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
-    """Score a case whose answers are still those that were committed to; of any other, say why not.
+    """Score a case whose answers and films are still those that were committed to; of any other, say why not.
 
     A case whose answers are not here stays as it was scored where they were, if that fits what was drawn and committed to: `outcomes/`
     goes with a campaign from machine to machine.
@@ -108,6 +109,7 @@ def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequ
     """Put together what is known of the cases so far."""
     outcomes = sorted((one for one in judged if isinstance(one, Outcome)), key=lambda one: one.case)
     commitments = read_commitments(files.root)
+    sealed = {one.of for one in commitments if covers_films(one)}
     codes = {one.code_sha256 for one in outcomes} | {c.code_sha256 for c in commitments}
     return Proof(
         drawn=len(drawn.cases),
@@ -124,5 +126,6 @@ def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequ
         outcomes=tuple(outcomes),
         not_scored=tuple(sorted((one for one in judged if isinstance(one, NotScored)), key=lambda one: one.case)),
         carried=tuple(one.case for one in outcomes if files.carried(one.case)),
+        films_unsealed=tuple(one.case for one in outcomes if one.case not in sealed),
         commitments=commitments,
     )

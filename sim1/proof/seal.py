@@ -1,4 +1,4 @@
-"""Commitments: hashes of answers, told before anything is diagnosed, so that answers cannot be made to fit afterwards."""
+"""Commitments: hashes of answers and films, told before anything is diagnosed, so that neither can be made to fit afterwards."""
 
 import hashlib
 import os
@@ -12,6 +12,7 @@ from sim1.mismatch.strict_json import Strict
 from sim1.stage import BadInput
 
 NAME = "commitments.jsonl"
+FILMS = "bundles/"  # below a campaign's folder
 LIST = "list"  # what the commitment to the drawn list is called
 
 
@@ -93,13 +94,21 @@ def check(root: Path, commitment: Commitment) -> None:
             raise BadInput(f"{path}: changed since it was committed to at {commitment.at}; its SHA-256 was {hashed}")
 
 
-def check_committed(root: Path, of: str, files: Sequence[Path]) -> None:
-    """See that just these files were committed to, and are unchanged.
+def check_committed(root: Path, of: str, answers: Sequence[Path]) -> None:
+    """See that just these answers were committed to, and that they and the films committed to with them are unchanged.
+
+    A commitment of earlier code is to answers alone (`covers_films`): of its films nothing can be checked.
 
     Raises:
-        BadInput: no commitment, one to other files, or a file has changed; it is named.
+        BadInput: no commitment, one to other answers, or a file that has changed or is gone; it is named.
     """
     known = next((one for one in read_commitments(root) if one.of == of), None)
-    if known is None or set(known.sha256) != {path.relative_to(root).as_posix() for path in files}:
-        raise BadInput(f"{files[0]}: {root / NAME} holds no commitment to it")
+    names = {path.relative_to(root).as_posix() for path in answers}
+    if known is None or {name for name in known.sha256 if not name.startswith(FILMS)} != names:
+        raise BadInput(f"{answers[0]}: {root / NAME} holds no commitment to it")
     check(root, known)
+
+
+def covers_films(commitment: Commitment) -> bool:
+    """Whether a commitment to a case is also to what the diagnosis is given."""
+    return any(name.startswith(FILMS) for name in commitment.sha256)

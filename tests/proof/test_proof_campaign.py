@@ -1,6 +1,8 @@
 """A campaign with a laboratory and a diagnosis of a few lines: order, blindness, resumption, failures."""
 
 import json
+import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,6 +13,7 @@ from pathlib import Path
 import pytest
 from proof_stand_ins import campaign, notes
 
+from pipeline.home import REPOSITORY
 from sim1.mismatch.summary import SCHEMA
 from sim1.proof.draw import Case
 from sim1.proof.files import Files
@@ -57,7 +60,8 @@ def test_answers_are_committed_to_before_the_diagnosis_begins_and_the_list_befor
     assert [line["of"] for line in lines] == ["list", "case_001", "case_002"]
     for line, call in zip(lines[1:], notes(tmp_path, "diagnosis"), strict=True):
         assert datetime.fromisoformat(line["at"]).timestamp() <= call["at"]
-        assert set(line["sha256"]) == {f"answers/{line['of']}.json", f"answers/{line['of']}.npz"}
+        films = f"bundles/{line['of']}/bundle.yaml"
+        assert set(line["sha256"]) == {f"answers/{line['of']}.json", f"answers/{line['of']}.npz", films}
 
 
 def test_the_diagnosis_is_given_the_bundle_alone_and_its_name_says_nothing(tmp_path):
@@ -85,6 +89,50 @@ def test_wrong_answers_planted_beside_the_bundle_change_nothing(tmp_path):
     plain, planted = (rewrite(Files(tmp_path / name / "out")).outcomes[0] for name in ("plain", "planted"))
     assert planted.model_dump(exclude={"seconds"}) == plain.model_dump(exclude={"seconds"})
     assert (planted.named, planted.right) == (("air_drag",), True)
+
+
+def _swap_film(bundle):
+    (bundle / "bundle.yaml").write_text("looks: wind")
+
+
+FILMS = {
+    "changed": (_swap_film, r"bundles/case_001/bundle.yaml: changed since it was committed to"),
+    "gone": (lambda bundle: (bundle / "bundle.yaml").unlink(), r"bundles/case_001/bundle.yaml: committed to at"),
+}
+
+
+@pytest.mark.parametrize("harm", FILMS)
+def test_films_that_changed_after_the_diagnosis_are_found_and_the_case_is_not_scored(tmp_path, harm):
+    do, said = FILMS[harm]
+    work = campaign(tmp_path, (DRAG, NULL))
+    assert prove(work).films_unsealed == ()
+    do(work.files.bundle("case_001"))
+    proof = rewrite(work.files)
+    assert [one.case for one in proof.outcomes] == ["case_002"]
+    assert re.search(said, proof.not_scored[0].why)
+
+
+def test_cases_that_earlier_code_committed_to_by_their_answers_alone_are_read_and_said_to_be(tmp_path):
+    work = campaign(tmp_path, (DRAG, NULL))
+    prove(work)
+    path = work.files.root / "commitments.jsonl"
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    for line in lines:
+        if line["of"] == "case_001":
+            line["sha256"] = {name: one for name, one in line["sha256"].items() if not name.startswith("bundles/")}
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    proof = rewrite(work.files)
+    assert [one.case for one in proof.outcomes] == ["case_001", "case_002"]
+    assert proof.films_unsealed == ("case_001",)
+    assert "<strong>not the films</strong> of case_001" in (work.files.root / "proof.html").read_text()
+
+
+@pytest.mark.parametrize("name", ["blind", "by_kind"])
+def test_campaigns_that_are_stored_are_added_up_and_told_to_be_without_films(tmp_path, name):
+    shutil.copytree(REPOSITORY / "docs" / "campaign" / name, tmp_path / name)
+    proof = rewrite(Files(tmp_path / name))
+    assert len(proof.outcomes) == 60
+    assert proof.films_unsealed == tuple(one.case for one in proof.outcomes)
 
 
 def test_answers_changed_after_the_diagnosis_are_found_and_the_case_is_not_scored(tmp_path):
