@@ -46,6 +46,7 @@ class Diagnosis:
     verdict: str
     rivals: tuple[Model, ...]  # that explain it about as well
     misfit: dict[str, float]  # mean squared residual of baseline and chosen on what was fitted
+    spoken_for: tuple[str, ...]  # names that fits left in doubt and motion held out decided for
     withdrawn: tuple[str, ...]  # names that motion held out took back
     against: (
         float | None
@@ -100,7 +101,9 @@ def _diagnose(
     asked = list({one.terms: one for one in (named, *others)}.values()) if named.terms else []
     told |= {model.terms: foretold_by(engine, model, heldout) for model in asked}
     against, unasked = nats_against(engine, decision.null, asked, told, heldout)
+    led = decision.chosen
     decision = with_doubtful(decision, more, found.pool, against, thresholds, delays)
+    spoken_for = set(decision.chosen.terms) - set(led.terms)
     decision = borne_out(decision, found.pool, against, thresholds, delays)
     foretold["augmented"] = foretold["baseline"]
     if decision.chosen.terms:
@@ -130,6 +133,7 @@ def _diagnose(
         verdict=verdict,
         rivals=decision.rivals,
         misfit=decision.misfit,
+        spoken_for=tuple(name for name in decision.chosen.terms if name in spoken_for),
         withdrawn=tuple(name for name in named.terms if name not in decision.chosen.terms),
         against=None if judged in unasked else against.get(judged, 0.0),
         rmse_m={

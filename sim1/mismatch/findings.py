@@ -240,6 +240,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
             "fitted": found.fitted,
             "heldout": found.heldout,
             "heldout_nats": found.against,
+            "spoken_for": found.spoken_for,
             "withdrawn": found.withdrawn,
             "converged": _settled(found),
             "creep_m": found.creep_m,

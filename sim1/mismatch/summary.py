@@ -83,6 +83,7 @@ class Summary(Strict):
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts
     heldout_nats: float | None  # by which it is less likely with what was named than with the baseline; None: not known
+    spoken_for: tuple[str, ...]  # second names that fits left in doubt and that it decided for
     withdrawn: tuple[str, ...]  # names of which it left too little
     converged: bool  # the searches of the baseline and of the chosen model
     creep_m: float  # of markers over the cloth, standard deviation by coordinate; counted as an error that lasts

@@ -52,6 +52,9 @@ class Found(Strict):
     table: bool  # whether cloth could lie on one
     fit_mm: tuple[float | None, float | None]  # rmse before and after what was added, from rest and drives alone
     heldout_mm: tuple[float | None, float | None]  # None: no simulation follows all of it
+    spoken_for: tuple[str, ...] | None = (
+        None  # names that motion held out decided for; None: scored before this was told
+    )
     place_auc: float | None  # None: force was concealed nowhere or everywhere
     over_limit: dict[
         str, float
@@ -249,6 +252,7 @@ def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found
         table=summary.misfit.table,
         fit_mm=(_mm(before.fit), _mm(after.fit)),
         heldout_mm=(_mm(before.heldout), _mm(after.heldout)),
+        spoken_for=summary.spoken_for,
         place_auc=auc,
         over_limit={
             name: over for name, given in true.items() if (over := over_limit(summary, name, given)) is not None

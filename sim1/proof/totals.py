@@ -37,6 +37,7 @@ class Totals(Strict):
     nulls_with_names: Share  # verdict named or ambiguous, with nothing concealed
     false_names: dict[str, int]  # among nulls: effect -> how often
     outside_without_name: Share  # called unknown or ambiguous
+    outside_ambiguous: Share  # of these, called ambiguous: that lists names, none of them alone
     several_named: Share  # cases of two effects or more, all named and no other
     several_partly: Share  # at least one of them, and none that was not concealed; holds the row above
     named_above_limit: Share  # of single effects at least as strong as the diagnosis asks for
@@ -97,6 +98,7 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
         nulls_with_names=share_of(o in named_nulls for o in nulls),
         false_names={name: false.count(name) for name in sorted(set(false))},
         outside_without_name=share_of(o.right for o in kinds["outside"]),
+        outside_ambiguous=share_of(o.verdict == "ambiguous" for o in kinds["outside"]),
         several_named=share_of(o.right for o in several),
         several_partly=share_of(o.verdict == "named" and set(o.named) <= set(o.concealed) for o in several),
         named_above_limit=share_of(o.right for o in singles if _over(o, least=1.0)),

@@ -60,7 +60,7 @@ coefficient = {"value": 1.9, "ci95": [1.5, 2.5], "unit": "1"}
 prices = dict.fromkeys(Prices.model_fields, 1)
 ranking = [{"name": " with ".join(names) or "wind", "gain": 50.0, "worth": 40.0, "unsteadiness": 0.1, "established": True, "misfit": 1.0}, {"name": "the baseline", "gain": 0.0, "worth": 0.0, "unsteadiness": 0.0, "established": True, "misfit": 2.0}]
 (out / "summary.json").write_text(json.dumps({
-    "schema": SCHEMA, "sentence": "made up", "fitted": ["a"], "heldout": ["b"], "heldout_nats": -20.0, "withdrawn": [],
+    "schema": SCHEMA, "sentence": "made up", "fitted": ["a"], "heldout": ["b"], "heldout_nats": -20.0, "withdrawn": [], "spoken_for": names[1:],
     "converged": True, "creep_m": 0.0,
     "misfit": {"baseline": 2.0, "chosen": 1.0, "limit": 1.35, "alone": 2.5, "table": False}, "prices": prices, "ranking": ranking, "estimates": [], "effects": names, "detectable": []}))
 scalars = {n: {"value": 0.3, "ci95": None} for n in ("area_density_kg_m2", "thickness_m", "stretch_n_m", "bending_n_m", "damping_s")}

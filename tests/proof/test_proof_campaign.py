@@ -95,6 +95,15 @@ def _swap_film(bundle):
     (bundle / "bundle.yaml").write_text("looks: wind")
 
 
+def test_a_second_name_that_motion_held_out_decided_for_is_marked_on_the_page_and_in_its_file(tmp_path):
+    work = campaign(tmp_path, (PAIR, DRAG))
+    proof = prove(work)
+    assert [one.found.spoken_for for one in proof.outcomes] == [("adhesion",), ()]
+    page = (work.files.root / "proof.html").read_text()
+    assert "(adhesion by held-out motion)" in page
+    assert "Not told of" not in page
+
+
 FILMS = {
     "changed": (_swap_film, r"bundles/case_001/bundle.yaml: changed since it was committed to"),
     "gone": (lambda bundle: (bundle / "bundle.yaml").unlink(), r"bundles/case_001/bundle.yaml: committed to at"),
@@ -133,6 +142,7 @@ def test_campaigns_that_are_stored_are_added_up_and_told_to_be_without_films(tmp
     proof = rewrite(Files(tmp_path / name))
     assert len(proof.outcomes) == 60
     assert proof.films_unsealed == tuple(one.case for one in proof.outcomes)
+    assert "Not told of case_001, case_002" in (tmp_path / name / "proof.html").read_text()
 
 
 def test_answers_changed_after_the_diagnosis_are_found_and_the_case_is_not_scored(tmp_path):

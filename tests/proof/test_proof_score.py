@@ -147,6 +147,21 @@ def test_a_small_component_is_measured_by_the_largest_of_its_kind():
     assert totals_of([one]).effect_error == pytest.approx(0.5 * (0.001 + 0.0001) / 0.011)
 
 
+def test_an_effect_outside_the_table_that_was_called_ambiguous_counts_as_right_and_is_shown_apart():
+    strange = [
+        outcome(f"case_{k}", "outside", ("magnet",), *said)
+        for k, said in enumerate((("unknown",), ("ambiguous", ("wind",))))
+    ]
+    totals, matrix = totals_of(strange), confusion_of(strange)
+    assert (totals.outside_without_name.count, totals.outside_ambiguous.count, totals.outside_ambiguous.of) == (2, 1, 2)
+    assert dict(zip(matrix.columns, matrix.counts[0], strict=True)) == {
+        "none": 0,
+        "unknown": 1,
+        "ambiguous": 1,
+        "failed": 0,
+    }
+
+
 def test_the_confusion_matrix_says_what_was_called_what():
     matrix = confusion_of(CASES)
     assert matrix.rows == ("none", "air_drag", "wind", "adhesion + wind", "air_drag + wind", "magnet")
