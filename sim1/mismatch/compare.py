@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from sim1.recording.bundle import Recording
-from sim1.recording.motion import rest_until_s
+from sim1.recording.motion import UNTOLD_S, rest_until_s
 
 BLOCK_S = (
     0.04  # frames are averaged over this time: 25 Hz resolves what a sheet does, and the fit works on fewer numbers
@@ -72,7 +72,11 @@ class Observed:
 
 
 def observe(recording: Recording) -> Observed:
-    """Cut a recording into blocks; noise and creep are filled in by the engine."""
+    """Cut a recording into blocks; noise and creep are filled in by the engine.
+
+    The first `UNTOLD_S` of a recording that starts moving count in no model, as what a delay does there depends on what drives did
+    before their first sample, which nobody knows: simulated drives stand there, and every delay would be charged for that.
+    """
     rate = 1.0 / float(np.median(np.diff(recording.time_s)))
     stride = max(1, round(rate * BLOCK_S))
     starts = np.arange(0, len(recording.time_s), stride)
@@ -80,14 +84,18 @@ def observe(recording: Recording) -> Observed:
     count = np.add.reduceat(seen.astype(float), starts, axis=0)
     frames = np.diff(np.append(starts, len(seen)))
     weight = np.where(seen, np.repeat(1.0 / np.maximum(count, 1.0), frames, axis=0), 0.0)
-    kept = np.repeat((count > 0.5 * stride)[..., None], 3, axis=2)
+    block_s = np.add.reduceat(recording.time_s, starts) / frames
+    told = np.ones(len(starts), bool)
+    if recording.starts == "moving":
+        told = block_s >= recording.time_s[0] + UNTOLD_S
+    kept = np.repeat(((count > 0.5 * stride) & told[:, None])[..., None], 3, axis=2)
     total = np.add.reduceat(np.where(seen[..., None], recording.markers_m, 0.0) * weight[..., None], starts, axis=0)
     return Observed(
         measured_m=total[kept],
         kept=kept,
         starts=starts,
         weight=weight,
-        block_s=np.add.reduceat(recording.time_s, starts) / frames,
+        block_s=block_s,
         noise_m=0.0,
         creep_m=0.0,
         mesh_m=np.zeros(int(kept.sum())),

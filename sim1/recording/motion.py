@@ -13,6 +13,7 @@ TREMBLE = 3e-3, 0.05  # [m, rad] ... but a drive that goes as far in that time m
 STILL_M_S = 0.02  # slower than this a drive stands
 SPAN_S = 0.05  # markers' speeds are differences over twice this, so that 1 mm of noise is 0.014 m/s
 GRID_S = 0.01
+UNTOLD_S = 0.5  # of a recording that starts moving: with a clock that is off or an actuator that lags, drives were there elsewhere before it began
 EDGE_S = 0.1  # a hold that begins or ends this close to the recording's ends lasts throughout
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sim1.recording.bundle import Bundle
-from sim1.recording.motion import COARSE, rest_until_s
+from sim1.recording.motion import COARSE, UNTOLD_S, rest_until_s
 from sim1.recording.problems import Problems
 
 FEWEST_RECORDINGS = 2
@@ -34,6 +34,8 @@ def require_for_diagnosis(bundle: Bundle) -> None:
             continue
         if not np.isfinite(start):  # it starts as it is, and is not driven
             start = recording.time_s[0]
+        if recording.starts == "moving":  # a fit leaves its beginning out
+            start = recording.time_s[0] + UNTOLD_S
         moving = recording.time_s >= start
         enough = recording.seen[moving].sum(1) >= min(FEWEST_SEEN, len(bundle.anchors.marker))
         share = enough.mean() if enough.size else 0.0

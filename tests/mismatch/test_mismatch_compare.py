@@ -1,11 +1,14 @@
 """Recordings beside simulations: what lasts counts once, noise counts every time."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_bundle import empty_bundle, plain_world
 
-from sim1.mismatch.compare import LASTING_S, Observed
+from sim1.cloth.precise.scene import prepare
+from sim1.mismatch.compare import LASTING_S, Observed, observe
 from sim1.mismatch.fit import LEAST_TEMPER, temper_of
 
 BLOCKS, MARKERS, NOISE_M = 30, 6, 3e-4
@@ -67,3 +70,19 @@ def test_markers_that_creep_together_count_as_one(observed):
     assert temper_of(engine, {"a": alone}, ("a",)) == {"a": LEAST_TEMPER}
     expected = 0.8 * MARKERS if observed.creep_m else LEAST_TEMPER  # a fifth of the markers are not seen
     assert temper_of(engine, {"a": alike}, ("a",))["a"] == pytest.approx(expected, rel=0.3)
+
+
+@pytest.mark.parametrize("offset_s", [0.1, 0.4])
+def test_no_delay_is_charged_for_what_drives_did_before_a_recording_that_starts_moving(offset_s):
+    """Frames before which simulated drives stand are compared in no model; in a recording that starts at rest all are."""
+    bundle = empty_bundle(motions=2)
+    for starts in ("moving", "rest"):
+        recording = replace(bundle.recordings[1], starts=starts)
+        scene, one = prepare(bundle, recording, 1 / 60), observe(recording)
+        clock = np.broadcast_to(scene.time_s[:, None, None], (len(scene.time_s), one.kept.shape[1], 3))
+        seen_s = one.reduce(scene.observed(clock, replace(plain_world(bundle), clock_offset_s=offset_s)))
+        at_s = one.reduce(np.broadcast_to(recording.time_s[:, None, None], recording.markers_m.shape))
+        if starts == "moving":
+            np.testing.assert_allclose(seen_s, at_s - offset_s, atol=1e-6)
+        else:
+            assert one.kept.all()
