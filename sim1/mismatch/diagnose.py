@@ -48,16 +48,13 @@ class Diagnosis:
     misfit: dict[str, float]  # mean squared residual of baseline and chosen on what was fitted
     spoken_for: tuple[str, ...]  # names that fits left in doubt and motion held out decided for
     withdrawn: tuple[str, ...]  # names that motion held out took back
-    against: (
-        float | None
-    )  # nats by which motion held out is less likely with what was named, or withdrawn; None: not known
+    # Nats by which motion held out is less likely with what was named, or withdrawn; None: not known.
+    against: float | None
     rmse_m: dict[str, dict[str, float | None]]  # None: not all of the motion can be simulated
-    heldout_markers_m: dict[
-        str, dict[str, np.ndarray]
-    ]  # baseline, augmented: recording -> (N, M, 3), where it can be simulated
-    heldout_without_m: dict[
-        str, float | None
-    ]  # error held out of what was chosen without each of its effects, where that was asked
+    # baseline, augmented: recording -> (N, M, 3), where it can be simulated
+    heldout_markers_m: dict[str, dict[str, np.ndarray]]
+    # Error held out of what was chosen without each of its effects, where that was asked.
+    heldout_without_m: dict[str, float | None]
     located: Located  # what the chosen model has and the baseline has not; what is missing, if nothing was chosen
     remarks: tuple[str, ...]  # what could not be computed, and what contradicts what was stated
     simulating_s: float  # of the time that it took

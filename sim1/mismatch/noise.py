@@ -10,9 +10,8 @@ import numpy as np
 from sim1.recording.bundle import Bundle
 from sim1.recording.marker_noise import resting_noise_m
 
-CONTRADICTS = (
-    1.5  # times the stated noise, or the other way round: half a second of rest tells a noise that wanders to 20 %
-)
+# Times the stated noise, or the other way round: half a second of rest tells a noise that wanders to 20 %.
+CONTRADICTS = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)

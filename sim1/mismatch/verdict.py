@@ -14,9 +14,8 @@ class Errors(Strict):
     """Root mean square per coordinate, m; None where no simulation follows one of the recordings to its end."""
 
     fit: pydantic.NonNegativeFloat | None
-    heldout: (
-        pydantic.NonNegativeFloat | None
-    )  # on motion that no fit has seen; it does decide whether an effect is kept
+    # On motion that no fit has seen; it does decide whether an effect is kept.
+    heldout: pydantic.NonNegativeFloat | None
 
 
 class BothErrors(Strict):

@@ -26,9 +26,7 @@ class Trained:
     held_out_loss: float | None
     held_out_trivial: float | None  # of predicting the interpolant alone
     from_noise_loss: float  # of examples in which nothing is left but noise, held-out ones where there are any
-    from_noise_trivial: (
-        float  # of predicting the interpolant, or the mean residual of the training, whichever is better
-    )
+    from_noise_trivial: float  # of the interpolant, or of the mean residual of the training, whichever is better
 
 
 def train(

@@ -6,9 +6,8 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-FAMILY_MINIMUM = (
-    6  # 2 of the 2**6 exchanges within families give the largest difference: p = 0.03; with 5, never below 0.05
-)
+# 2 of the 2**6 exchanges within families give the largest difference: p = 0.03; with 5 families p is never below 0.05.
+FAMILY_MINIMUM = 6
 
 
 def families(sources: Sequence[frozenset[str]]) -> np.ndarray:

@@ -26,9 +26,8 @@ class ShiftTried(Tried):
 
     garment: str | None  # None: all together
     failures: Mapping[str, int]  # class -> count, frequent ones first
-    change: (
-        Difference | None
-    )  # success minus that in-domain, in pairs; None: in-domain itself, all, or that was not run
+    # Success minus that in-domain, in pairs; None: in-domain itself, all, or that was not run.
+    change: Difference | None
 
 
 def measure(trials: pd.DataFrame) -> list[ShiftTried]:
