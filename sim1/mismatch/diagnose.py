@@ -1,6 +1,6 @@
 """The whole diagnosis of a bundle: measure, calibrate, locate, name, model, decide."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from sim1.mismatch.heldout import held_out, rmse_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.noise import frame_noise
 from sim1.mismatch.patience import Patience
+from sim1.mismatch.remarks import had_a_say, not_asked, not_foretold, not_set_apart
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
@@ -100,7 +101,7 @@ def _diagnose(
     against, unasked = nats_against(engine, decision.null, asked, told, heldout)
     led = decision.chosen
     decision = with_doubtful(decision, more, found.pool, against, thresholds, delays)
-    spoken_for = set(decision.chosen.terms) - set(led.terms)
+    said_for = set(decision.chosen.terms) - set(led.terms)
     decision = borne_out(decision, found.pool, against, thresholds, delays)
     foretold["augmented"] = foretold["baseline"]
     if decision.chosen.terms:
@@ -114,6 +115,8 @@ def _diagnose(
     progress(0.93, "locating")
     located = locate_forces(engine, decision.chosen.fit, engine.names)
     without_m = _without_each(bundle, decision.chosen.terms, told, heldout)
+    spoken_for = tuple(name for name in decision.chosen.terms if name in said_for)
+    withdrawn = tuple(name for name in named.terms if name not in decision.chosen.terms)
     judged = (decision.chosen if decision.chosen.terms else named).terms
     return Diagnosis(
         fitted=fitted,
@@ -130,8 +133,8 @@ def _diagnose(
         verdict=verdict,
         rivals=decision.rivals,
         misfit=decision.misfit,
-        spoken_for=tuple(name for name in decision.chosen.terms if name in spoken_for),
-        withdrawn=tuple(name for name in named.terms if name not in decision.chosen.terms),
+        spoken_for=spoken_for,
+        withdrawn=withdrawn,
         against=None if judged in unasked else against.get(judged, 0.0),
         rmse_m={
             label: {"fit": _error_m(bundle, one, fitted), "heldout": _error_m(bundle, one, heldout)}
@@ -142,9 +145,10 @@ def _diagnose(
         located=located,
         remarks=(
             *([noise.remark] if noise.remark else []),
-            *_not_foretold(foretold),
-            *(_not_asked(terms, why) for terms, why in unasked.items()),
-            *(_not_set_apart(name) for name, error_m in without_m.items() if error_m is None),
+            *had_a_say(heldout, spoken_for, withdrawn),
+            *not_foretold(foretold),
+            *(not_asked(terms, why) for terms, why in unasked.items()),
+            *(not_set_apart(name) for name, error_m in without_m.items() if error_m is None),
             *(f"no force is located in {name}: {why}" for name, why in located.lost.items()),
         ),
         simulating_s=engine.simulating_s,
@@ -162,22 +166,6 @@ def _without_each(
     """Error of the model with all effects but one, by that one; None: there is none that was fitted and foretold to the end."""
     rest = {name: told.get(tuple(one for one in terms if one != name)) for name in terms}
     return {name: one and _error_m(bundle, one, heldout) for name, one in rest.items()}
-
-
-def _not_set_apart(name: str) -> str:
-    return f"what {name} adds on motion held out is not known: no model without it was fitted and foretold to the end"
-
-
-def _not_foretold(foretold: dict[str, Foretold]) -> Iterator[str]:
-    for label, what in (("baseline", "the calibrated baseline"), ("augmented", "the model")):
-        if label == "augmented" and foretold[label] is foretold["baseline"]:
-            return
-        for name, why in foretold[label].lost.items():
-            yield f"{name} cannot be foretold with {what} from rest and drives alone, so that its errors are not known: {why}"
-
-
-def _not_asked(terms: tuple[str, ...], why: str) -> str:
-    return f"motion held out says nothing for or against {' with '.join(terms)}, whose verdict rests on what was fitted: {why}"
 
 
 def delays_measured(bundle: Bundle) -> frozenset[str]:
