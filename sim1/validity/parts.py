@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,22 +31,33 @@ class Parts:
 
 
 def split_by_source(clips: Sequence[LabelledClip]) -> Parts:
-    """Deal the demonstrations out, and with them the clips that are made of those of one part alone; others are left out.
+    """Deal clips out by `SHARES`. Where training would lack an outcome, nothing is held out.
 
-    Demonstrations with most clips of the rarer outcome come first, to the part that has least of it for its share. Where training
-    would lack an outcome, nothing is held out. Calibration or test may lack one: that is for whoever uses them to see.
+    Calibration or test may lack one: that is for whoever uses them to see.
     """
-    home = _dealt(clips)
-    dealt: dict[str | None, list[LabelledClip]] = {part: [] for part in (*SHARES, None)}
-    for clip in clips:
-        parts = {home[source] for source in clip.sources}
-        dealt[parts.pop() if len(parts) == 1 else None].append(clip)
+    dealt, left_out = deal(clips, SHARES)
     if len({clip.success for clip in dealt["train"]}) < 2:
         return Parts(train=list(clips), calibration=[], test=[], left_out=[])
-    return Parts(train=dealt["train"], calibration=dealt["calibration"], test=dealt["test"], left_out=dealt[None])
+    return Parts(**dealt, left_out=left_out)
 
 
-def _dealt(clips: Sequence[LabelledClip]) -> dict[str, str]:
+def deal[Part](
+    clips: Sequence[LabelledClip], shares: Mapping[Part, float]
+) -> tuple[dict[Part, list[LabelledClip]], list[LabelledClip]]:
+    """Deal the demonstrations out, and with them the clips that are made of those of one part alone; the others are left out.
+
+    Demonstrations with most clips of the rarer outcome come first, to the part that has least of it for its share.
+    """
+    home = _homes(clips, shares)
+    dealt: dict[Part, list[LabelledClip]] = {part: [] for part in shares}
+    left_out = []
+    for clip in clips:
+        parts = {home[source] for source in clip.sources}
+        (dealt[parts.pop()] if len(parts) == 1 else left_out).append(clip)
+    return dealt, left_out
+
+
+def _homes[Part](clips: Sequence[LabelledClip], shares: Mapping[Part, float]) -> dict[str, Part]:
     """Part of each demonstration."""
     rarer = sum(clip.success for clip in clips) * 2 <= len(clips)  # success is
     own = {
@@ -54,9 +65,9 @@ def _dealt(clips: Sequence[LabelledClip]) -> dict[str, str]:
         for source in set().union(*(c.sources for c in clips))
     }
     counts = {source: sum(clip.success is rarer for clip in some) for source, some in own.items()}
-    have, home = dict.fromkeys(SHARES, 0.0), {}
+    have, home = dict.fromkeys(shares, 0.0), {}
     for source in sorted(own, key=lambda name: (-counts[name], -len(own[name]), name)):
-        part = min(SHARES, key=lambda name: have[name] / SHARES[name])
+        part = min(shares, key=lambda name: have[name] / shares[name])
         have[part] += counts[source] + 1e-3 * len(own[source])  # among demonstrations without any, all clips count
         home[source] = part
     return home

@@ -66,7 +66,7 @@ def watch(
     """
     torch.set_num_threads(1)
     rng = random_stream(config.seed, garment, "video_discriminator")
-    clips = [_labelled(item, mesh, scene, config) for item in read_examples(demos, candidates, "clips")]
+    clips = labelled_clips(demos, candidates, mesh, scene, config)
     good = sum(clip.success for clip in clips)
     counts = {"success_count": good, "failure_count": len(clips) - good}
     looks_at = {name: getattr(config, name) for name in LOOKS_AT}
@@ -119,6 +119,17 @@ def watch(
         "scores": rows,
     }
     return _written(model, metrics, rows, config, out)
+
+
+def labelled_clips(
+    demos: Path, candidates: Path, mesh: GarmentMesh, scene: Scene, config: VideoDiscriminatorConfig
+) -> list[LabelledClip]:
+    """Clips of all demonstrations and candidates, as the network sees them.
+
+    Raises:
+        BadInput: an episode or video is damaged, or has frames of another size than `config`.
+    """
+    return [_labelled(item, mesh, scene, config) for item in read_examples(demos, candidates, "clips")]
 
 
 def scored(rows: list[dict[str, Any]], part: str) -> tuple[np.ndarray, np.ndarray]:
