@@ -17,14 +17,8 @@ from sim1.stage import BadInput
 INFO, STATS, TASKS, EPISODES = "meta/info.json", "meta/stats.json", "meta/tasks.parquet", "meta/episodes"
 VISUAL, TEXT = ("video", "image"), ("string", "language")  # dtypes that are no numbers in a column
 NUMBERING = ("index", "frame_index", "episode_index", "task_index")
-DAMAGED = (
-    OSError,
-    ValueError,
-    KeyError,
-    TypeError,
-    NotImplementedError,
-    pa.ArrowException,
-)  # what a reader of files raises
+# What a reader of files raises.
+DAMAGED = (OSError, ValueError, KeyError, TypeError, AttributeError, NotImplementedError, pa.ArrowException)
 TIME_TOLERANCE_S = 1e-4  # of LeRobot's own reader
 REMEDY = "restore the file, or write the dataset again"
 
@@ -164,7 +158,9 @@ def _parts(root: Path, folder: str, pattern: str) -> list[tuple[str, pa.Table]]:
 def _read_parquet(root: Path, path: Path) -> pa.Table:
     try:
         with pq.ParquetFile(path) as file:  # not read_table: folder names are no columns
-            return file.read()
+            table = file.read()
+            table.validate(full=True)  # texts may hold bytes that are no UTF-8
+            return table
     except DAMAGED as error:
         raise BadInput(f"{path.relative_to(root)}: not readable as parquet ({_said(error)}); {REMEDY}") from error
 
@@ -210,7 +206,10 @@ def _typed(path: str, table: pa.Table, expected: dict[str, tuple[str, tuple[int,
     """The table with every expected column there, of its type and shape, without empty cells."""
     if missing := sorted(set(expected) - set(table.column_names)):
         raise BadInput(f"{path}: no column {', '.join(missing)}; {REMEDY}")
-    frame = table.to_pandas()
+    try:
+        frame = table.to_pandas()  # by what pandas has noted in the file, which may be damaged too
+    except DAMAGED as error:
+        raise BadInput(f"{path}: not readable as a table ({_said(error)}); {REMEDY}") from error
     for name, (dtype, shape) in expected.items():
         cells = table[name]
         if cells.null_count:

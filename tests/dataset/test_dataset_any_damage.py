@@ -13,24 +13,13 @@ import pytest
 from damaged_towel import EPISODES, FRAMES, VIDEO, change_json, change_table, only_file, set_cell
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rendered_towel import ROBOT, write_rendered
 from typer.testing import CliRunner
 
 from assets_defs.cli import app
 from sim1.dataset.check import check_lerobot
-from sim1.dataset.stage import DatasetConfig, dataset
 
 DATA, TASKS, INFO = "data/chunk-000/file-000.parquet", "meta/tasks.parquet", "meta/info.json"
 HEAD = "observation.images.head"
-
-
-@pytest.fixture(scope="module")
-def good(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("any_damage")
-    (folder / "out").mkdir()
-    rendered = write_rendered(folder / "towel")
-    dataset({"robot": ROBOT, "rendered_episodes": {"towel": rendered}}, folder / "out", DatasetConfig(keypoint_count=4))
-    return folder / "out"
 
 
 @contextmanager
@@ -70,6 +59,17 @@ def in_tasks(change):
 
 def write(name: str, content: bytes):
     return lambda artifact: (artifact / "lerobot" / name).write_bytes(content)
+
+
+def overwrite(name: str, old: bytes, new: bytes):
+    """Bytes of a file that are others, wherever they stand in it."""
+
+    def damage(artifact: Path) -> None:
+        content = (artifact / "lerobot" / name).read_bytes()
+        assert old in content
+        (artifact / "lerobot" / name).write_bytes(content.replace(old, new))
+
+    return damage
 
 
 def with_cell(row: int, name: str, value):
@@ -141,6 +141,11 @@ DAMAGE = {
         f"{TASKS} row 0: task_index is 1, expected 0",
     ),
     "tasks without words": (in_tasks(lambda t: t.reset_index(drop=True)), f"{TASKS}: the index is 0"),
+    "a task that is no text": (overwrite(TASKS, b"urn the towel", b"\xfbrn the towel"), f"{TASKS}: not readable"),
+    "notes of pandas that are cut up": (
+        overwrite(TASKS, b'{"index_columns"', b'["index_columns"'),
+        f"{TASKS}: not readable",
+    ),
     "no tasks": (lambda a: only_file(a, TASKS).unlink(), f"{TASKS}: not readable"),
     "another rate": (
         lambda a: change_json(a / "lerobot" / INFO, fps=12),

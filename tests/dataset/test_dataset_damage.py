@@ -12,23 +12,6 @@ from sim1.dataset.check import check_lerobot
 from sim1.dataset.stage import DatasetConfig, check_dataset, dataset
 
 
-@pytest.fixture(scope="module")
-def good(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("damage")
-    (folder / "out").mkdir()
-    dataset(
-        {"robot": ROBOT, "rendered_episodes": {"towel": write_rendered(folder / "towel")}},
-        folder / "out",
-        DatasetConfig(keypoint_count=4),
-    )
-    return folder / "out"
-
-
-@pytest.fixture
-def artifact(good, tmp_path) -> Path:
-    return shutil.copytree(good, tmp_path / "artifact")
-
-
 def failures(artifact: Path) -> list[str]:
     return [finding.name for finding in check_dataset(artifact) if not finding.passed]
 

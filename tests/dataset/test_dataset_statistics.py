@@ -1,7 +1,6 @@
 """The check holds stored statistics against the data, feature by feature, of the whole and of every episode."""
 
 import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -9,28 +8,12 @@ import pytest
 from damaged_towel import EPISODES, change_table, only_file
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from rendered_towel import ROBOT, write_rendered
 
 from sim1.dataset.check_statistics import check_statistics
-from sim1.dataset.stage import DatasetConfig, dataset
 from sim1.dataset.tables import plain, read_tables
 
 PICTURES = "observation.images.head"
 NUMBERS = ("observation.state", "action", "privileged.garment_keypoints", "timestamp", "frame_index")
-
-
-@pytest.fixture(scope="module")
-def good(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("statistics")
-    (folder / "out").mkdir()
-    rendered = write_rendered(folder / "towel")
-    dataset({"robot": ROBOT, "rendered_episodes": {"towel": rendered}}, folder / "out", DatasetConfig(keypoint_count=4))
-    return folder / "out"
-
-
-@pytest.fixture
-def artifact(good, tmp_path) -> Path:
-    return shutil.copytree(good, tmp_path / "artifact")
 
 
 def said_of(artifact: Path) -> str:

@@ -1,7 +1,6 @@
 """The check of videos passes what LeRobot's own reader reads, frame by frame, and nothing that it refuses."""
 
 import dataclasses
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,27 +11,11 @@ import pytest
 from damaged_towel import EPISODES, VIDEO, change_json, change_table, only_file, set_cell
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from rendered_towel import ROBOT, write_rendered
 
 from sim1.dataset.check_videos import check_videos
-from sim1.dataset.stage import DatasetConfig, dataset
 from sim1.dataset.tables import read_tables
 
 HEAD = "videos/observation.images.head"
-
-
-@pytest.fixture(scope="module")
-def good(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("videos")
-    (folder / "out").mkdir()
-    rendered = write_rendered(folder / "towel")
-    dataset({"robot": ROBOT, "rendered_episodes": {"towel": rendered}}, folder / "out", DatasetConfig(keypoint_count=4))
-    return folder / "out"
-
-
-@pytest.fixture
-def artifact(good, tmp_path) -> Path:
-    return shutil.copytree(good, tmp_path / "artifact")
 
 
 def said_of(artifact: Path) -> str:
