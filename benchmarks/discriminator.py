@@ -20,11 +20,12 @@ from rich.console import Console
 from rich.table import Table
 
 from assets_defs._generate import given
+from assets_defs._store import verified
 from pipeline import Home, load_graph
 from sim1.clustered_share import clustered_interval, counts_by_cluster
 from sim1.motion.likeness.classifier import area_under_roc
 from sim1.motion.likeness.families import families
-from sim1.stage import random_stream
+from sim1.stage import BadInput, random_stream
 from sim1.statistics import describe_share
 from sim1.validity.evidence import threshold_for
 from sim1.validity.parts import LabelledClip, deal
@@ -73,11 +74,22 @@ def turn_by_garment(garment: str, clips: dict[str, list[LabelledClip]]) -> Turn:
 
 
 def run_turn(turn: Turn, config: VideoDiscriminatorConfig) -> Tested:
-    """Train, choose both thresholds, test."""
+    """Train, choose both thresholds, test.
+
+    Raises:
+        BadInput: clips that train, set thresholds or test are all of one outcome.
+    """
     import torch
 
     from sim1.validity.scoring import scores, train_discriminator
 
+    for part in ("train", "calibration", "test"):
+        some = _successes(getattr(turn, part))
+        if some.all() or not some.any():
+            raise BadInput(
+                f"{turn.name}: {some.sum()} of {len(some)} clips of the part {part} are successes, expected some of both; "
+                "give fewer folds or more attempts"
+            )
     torch.set_num_threads(1)
     network, _ = train_discriminator(
         turn.train,
@@ -164,8 +176,8 @@ def main(
     graph, clips = load_graph(home), {}
     for garment in garments:
         inputs, _, _ = given(home, graph, garment, None)
-        inputs["candidate_trajectories"] = {garment: home.store / "candidate_trajectories" / garment}
         paths = {name: where[garment] for name, where in inputs.items()}
+        paths["candidate_trajectories"], _ = verified(home, graph.nodes["candidate_trajectories"], garment)
         clips[garment] = labelled_clips(
             paths["seed_demos"],
             paths["candidate_trajectories"],

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.discriminator import figures_of, pooled, run_turn, turn_by_garment, turns_by_fold
+from sim1.stage import BadInput
 from sim1.validity.parts import LabelledClip
 from sim1.validity.stage import VideoDiscriminatorConfig
 
@@ -71,3 +72,9 @@ def test_a_network_that_knows_nothing_is_seen_to_know_nothing():
         "ci95": [0.0, 1.0],
     }  # no threshold reaches what is wanted
     assert found["generous"]["precision"]["of"] == 32  # alike: what keeps four in five keeps all
+
+
+def test_a_fold_without_a_failure_is_told():
+    turns, _ = turns_by_fold("towel", [clip for clip in clips("towel") if clip.success], 4)
+    with pytest.raises(BadInput, match=r"towel, fold 0: 8 of 8 clips of the part train are successes.*fewer folds"):
+        run_turn(turns[0], CONFIG)
