@@ -19,7 +19,6 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from assets_defs._generate import given
 from assets_defs._store import verified
 from pipeline import Home, load_graph
 from sim1.clustered_share import clustered_interval, counts_by_cluster
@@ -31,6 +30,7 @@ from sim1.validity.evidence import threshold_for
 from sim1.validity.parts import LabelledClip, deal
 from sim1.validity.stage import VideoDiscriminatorConfig
 
+NEEDED = ("seed_demos", "candidate_trajectories", "garment_mesh", "scene")
 RECALL = 0.8  # of the calibration clips, by which the second threshold is chosen
 
 
@@ -175,9 +175,7 @@ def main(
     home, config = Home.here(), VideoDiscriminatorConfig(step_count=steps, frame_count=frames)
     graph, clips = load_graph(home), {}
     for garment in garments:
-        inputs, _, _ = given(home, graph, garment, None)
-        paths = {name: where[garment] for name, where in inputs.items()}
-        paths["candidate_trajectories"], _ = verified(home, graph.nodes["candidate_trajectories"], garment)
+        paths = {name: verified(home, graph.nodes[name], garment)[0] for name in NEEDED}
         clips[garment] = labelled_clips(
             paths["seed_demos"],
             paths["candidate_trajectories"],
