@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from sim1.array_file import read_arrays
 from sim1.episode import RATE_HZ
 
 WIDTH, HEIGHT = 160, 120  # px of a picture
@@ -90,8 +91,12 @@ def write_strip(path: Path, strip: FilmStrip) -> None:
 
 
 def read_strip(path: Path) -> FilmStrip:
-    """What `write_strip` wrote."""
-    with np.load(path, allow_pickle=False) as data:
-        return FilmStrip(
-            title=str(data["title"]), times_s=tuple(data["times_s"].tolist()), pictures=tuple(data["pictures"])
-        )
+    """What `write_strip` wrote.
+
+    Raises:
+        BadInput: the file is missing or damaged.
+    """
+    data = read_arrays(path, ("title", "times_s", "pictures"), "film strip")
+    return FilmStrip(
+        title=str(data["title"]), times_s=tuple(data["times_s"].tolist()), pictures=tuple(data["pictures"])
+    )

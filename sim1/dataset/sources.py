@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sim1.array_file import read_numbers
 from sim1.episode import Episode, episode_folders, read_episode
 from sim1.render.appearance_file import read_about
 from sim1.stage import BadInput
@@ -49,11 +50,8 @@ def read_clips(artifact: Path, garment: str) -> list[RenderedClip]:
     Raises:
         BadInput: a file is missing, unreadable or of another schema, or the number of frames is not what appearance.json says.
     """
-    try:
-        with np.load(artifact / "garment.npz", allow_pickle=False) as data:
-            rest_m = data["rest_m"]
-    except (OSError, KeyError, ValueError) as error:
-        raise BadInput(f"{artifact}/garment.npz: not readable ({error}); render the episodes again") from error
+    garment_file = read_numbers(artifact / "garment.npz", {"rest_m": ("v", 3)}, "garment", "render the episodes again")
+    rest_m = garment_file["rest_m"]
     clips = []
     for episode in episode_folders(artifact):
         for path in sorted(episode.glob("v*/appearance.json"), key=lambda path: int(path.parent.name[1:])):

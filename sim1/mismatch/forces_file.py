@@ -5,10 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sim1.array_file import read_arrays
 from sim1.stage import BadInput
 
 if TYPE_CHECKING:
     from sim1.mismatch.assimilate import Forces  # reading the file needs no simulator
+
+REMEDY = "diagnose the bundle again"
 
 type ForceCourses = dict[str, tuple[np.ndarray, np.ndarray]]
 """Recording -> time_s (T,) and force_n (T, M, 3), markers by rising number."""
@@ -30,9 +33,8 @@ def read_forces(path: Path) -> ForceCourses:
     Raises:
         BadInput: missing or damaged.
     """
-    try:
-        with np.load(path) as file:
-            names = [key.removesuffix("/time_s") for key in file.files if key.endswith("/time_s")]
-            return {name: (file[f"{name}/time_s"], file[f"{name}/force_n"]) for name in names}
-    except Exception as error:  # zipfile, zlib and numpy each have errors of their own for a damaged file
-        raise BadInput(f"{path}: not readable ({error}); diagnose the bundle again") from error
+    arrays = read_arrays(path, (), "file of forces", REMEDY)
+    names = [key.removesuffix("/time_s") for key in arrays if key.endswith("/time_s")]
+    if lost := [name for name in names if f"{name}/force_n" not in arrays]:
+        raise BadInput(f"{path}: no array {lost[0] + '/force_n'!r} beside its times; {REMEDY}")
+    return {name: (arrays[f"{name}/time_s"], arrays[f"{name}/force_n"]) for name in names}

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 import pydantic
 
+from sim1.array_file import read_arrays
 from sim1.data_file import explained
 from sim1.mismatch.strict_json import Strict, read_json
 from sim1.mismatch.summary import SCHEMA, Summary, read_summary
@@ -224,8 +224,7 @@ def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found
     model: ClothPhysics = read_physics(folder / "model.yaml")
     true = {effect.name: effect.parameters for effect in answers.effects}
     properties = {name: getattr(model, name) for name in FABRIC} | {"friction": model.friction.table}
-    with np.load(arrays) as truth:
-        auc = place_auc(read_forces(folder / "forces.npz"), truth)
+    auc = place_auc(read_forces(folder / "forces.npz"), read_arrays(arrays, (), "answer", "film the case again"))
     before, after = verdict.rmse_m.baseline, verdict.rmse_m.augmented
     return verdict, Found(
         first=first_single(summary),

@@ -4,11 +4,11 @@ import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from PIL import Image, ImageDraw
 
+from sim1.array_file import read_numbers
 from sim1.episode import Episode, episode_folders, read_episode
 from sim1.render.cameras import project
 from sim1.render.frame import MAX_MEAN, MIN_MEAN, MIN_SPREAD, is_lit, read_frame
@@ -122,9 +122,8 @@ def _finding(name: str, faults: list[str], fine: str, remedy: str) -> Finding:
 def _faces(file: Path) -> np.ndarray | None:
     """Faces of the garment (f, 3); None where the file is damaged."""
     try:
-        with file.open("rb") as raw, np.load(raw, allow_pickle=False) as data:
-            return data["faces"]
-    except (OSError, KeyError, ValueError, EOFError, BadZipFile):
+        return read_numbers(file, {"faces": ("f", 3)})["faces"]
+    except BadInput:
         return None
 
 

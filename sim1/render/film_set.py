@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from PIL import Image
 
 from sim1.episode import ARMS
 from sim1.render.cameras import raised
@@ -15,6 +14,7 @@ from sim1.render.robot_visuals import Part, link_motion, part_poses, robot_parts
 from sim1.render.stage import RenderConfig
 from sim1.robot.kinematics import Arm
 from sim1.scene.description import Camera, Scene, read_scene
+from sim1.scene.garment import read_textured
 from sim1.stage import BadInput
 
 TEXTURE_PLACES = 4000  # of the garment, whose colours stand for its texture
@@ -119,18 +119,7 @@ def _cameras(world: Scene, wanted: Sequence[str], scene: Path) -> dict[str, Came
 
 def _garment_and_table(mesh: Path, world: Scene) -> tuple[dict[str, np.ndarray], Path, np.ndarray]:
     """Meshes that only change place, the texture's file, and its sRGB colours (n, 3) at places of the garment."""
-    path = mesh / "mesh.npz"
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            rest_m, faces, uv = data["rest_m"], data["faces"], data["uv"]
-        with Image.open(mesh / "texture.png") as image:
-            texture = np.asarray(image.convert("RGB"), float) / 255.0
-    except (OSError, KeyError, ValueError) as error:
-        raise BadInput(f"{mesh}: mesh.npz or texture.png is not readable ({error}); make garment_mesh again") from error
-    if uv.shape != (*faces.shape, 2) or faces.min() < 0 or faces.max() >= len(rest_m):
-        raise BadInput(
-            f"{path}: faces {faces.shape} of {len(rest_m)} vertices with uv {uv.shape} do not fit; make garment_mesh again"
-        )
+    rest_m, faces, uv, texture = read_textured(mesh, "rest_m")
     # Patterns lie in the plane in which the garment is largest, in metres.
     axes = np.sort(np.argsort(np.ptp(rest_m, axis=0))[-2:])
     table = trimesh.load(world.table_mesh, force="mesh")
@@ -146,6 +135,6 @@ def _garment_and_table(mesh: Path, world: Scene) -> tuple[dict[str, np.ndarray],
     height, width, _ = texture.shape
     x = np.clip((uv[..., 0] * width).astype(int), 0, width - 1)
     y = np.clip(((1.0 - uv[..., 1]) * height).astype(int), 0, height - 1)
-    places = texture[y, x].reshape(-1, 3)
+    places = texture[y, x].reshape(-1, 3) / 255.0
     places = places[np.linspace(0, len(places) - 1, min(len(places), TEXTURE_PLACES)).astype(int)]
     return arrays, (mesh / "texture.png").resolve(), places

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from sim1.array_file import read_arrays
 from sim1.recording.importing.paths import MarkerPaths, metres_per_unit, z_up
 from sim1.recording.streams import DRIVE_COLUMNS, Track, drives_of
 from sim1.stage import BadInput
@@ -80,11 +81,7 @@ def _floats(path: Path, arrays: dict[str, np.ndarray], key: str) -> np.ndarray:
 
 
 def _arrays(path: Path) -> dict[str, np.ndarray]:
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            arrays = {key: archive[key] for key in archive.files}
-    except Exception as error:  # damaged archives raise many kinds
-        raise BadInput(f"{path}: not a readable .npz without pickles ({' '.join(str(error).split())[:120]})") from error
+    arrays = read_arrays(path, (), ".npz without pickles", "export it again")
     known = {"time_s", "labels", "positions", "visible", "units"}
     if unknown := sorted(key for key in arrays if key not in known and not any(_is(key, part) for part in PARTS)):
         raise BadInput(
