@@ -81,10 +81,10 @@ def read_commitments(root: Path) -> tuple[Commitment, ...]:
 
 
 def check(root: Path, commitment: Commitment) -> None:
-    """See that the files are still those that were committed to.
+    """See that the files are still those that were committed to, and that a film has no other.
 
     Raises:
-        BadInput: a file is missing or has changed; it is named.
+        BadInput: a file is missing, has changed or came since; it is named.
     """
     for name, hashed in commitment.sha256.items():
         path = root / name
@@ -92,6 +92,10 @@ def check(root: Path, commitment: Commitment) -> None:
             raise BadInput(f"{path}: committed to at {commitment.at} and gone")
         if sha256_of(path) != hashed:
             raise BadInput(f"{path}: changed since it was committed to at {commitment.at}; its SHA-256 was {hashed}")
+    film = root / FILMS / commitment.of
+    for path in sorted(film.rglob("*")) if covers_films(commitment) else ():
+        if path.is_file() and path.relative_to(root).as_posix() not in commitment.sha256:
+            raise BadInput(f"{path}: came after the film was committed to at {commitment.at}; remove it")
 
 
 def check_committed(root: Path, of: str, answers: Sequence[Path]) -> None:

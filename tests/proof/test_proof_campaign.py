@@ -82,9 +82,8 @@ def test_wrong_answers_planted_beside_the_bundle_change_nothing(tmp_path):
         list(prove(work, only_films=True).outcomes)
         if plant:
             wrong = (work.files.answers("case_001")).read_text().replace("air_drag", "wind")
-            for place in (work.files.bundle("case_001"), work.files.root / "bundles"):
-                (place / "answers.json").write_text(wrong)
-                (place / "case_001.json").write_text(wrong)
+            for name in ("answers.json", "case_001.json"):
+                (work.files.root / "bundles" / name).write_text(wrong)
         prove(campaign(folder, (DRAG,)))
     plain, planted = (rewrite(Files(tmp_path / name / "out")).outcomes[0] for name in ("plain", "planted"))
     assert planted.model_dump(exclude={"seconds"}) == plain.model_dump(exclude={"seconds"})
@@ -106,6 +105,10 @@ def test_a_second_name_that_motion_held_out_decided_for_is_marked_on_the_page_an
 
 FILMS = {
     "changed": (_swap_film, r"bundles/case_001/bundle.yaml: changed since it was committed to"),
+    "added": (
+        lambda bundle: (bundle / "more.yaml").write_text("{}"),
+        r"bundles/case_001/more.yaml: came after the film was committed to",
+    ),
     "gone": (lambda bundle: (bundle / "bundle.yaml").unlink(), r"bundles/case_001/bundle.yaml: committed to at"),
 }
 
