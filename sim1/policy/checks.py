@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from sim1.policy.cost import PER_TRAJECTORY_STAGES
-from sim1.policy.counting import read_table
+from sim1.policy.counting import read_figures, read_table
+from sim1.policy.experiment import ABOUT_SCHEMA
 from sim1.policy.lessons import GENERATED, REAL, ModelKey
 from sim1.policy.model import load_policy
 from sim1.report import format_value
@@ -21,7 +22,7 @@ COUNTS = ("success_count", "trial_count")
 
 def check_experiment(artifact: Path) -> list[Finding]:
     """Findings of stage `policy`."""
-    about = json.loads((artifact / "policy.json").read_text())
+    about = read_figures(artifact / "policy.json", ABOUT_SCHEMA, "policy")
     open_loop, trials = read_table(artifact / "open_loop.parquet"), read_table(artifact / "evaluation.parquet")
     keys = [
         ModelKey(kind, n, seed)

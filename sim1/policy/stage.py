@@ -90,15 +90,17 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
     import pandas as pd
 
     from sim1.picture_file import save_figure
+    from sim1.policy.counting import read_figures
     from sim1.policy.curve import Curve, write_curve
     from sim1.policy.equivalence import Worth, worth
+    from sim1.policy.experiment import ABOUT_SCHEMA
     from sim1.policy.lessons import GENERATED
     from sim1.policy.scaling import fit_power_laws, measure, measure_over_real, measure_tasks
     from sim1.policy.scaling_page import write_scaling_page
     from sim1.policy.scaling_pictures import draw_error, draw_success
 
     source = only(inputs, "policy")
-    about = json.loads((source / "policy.json").read_text())
+    about = read_figures(source / "policy.json", ABOUT_SCHEMA, "policy")
     open_loop, trials = (pd.read_parquet(source / name) for name in ("open_loop.parquet", "evaluation.parquet"))
     sizes = {kind: lesson["sizes"] for kind, lesson in about["lessons"].items()}
     points = measure(open_loop, trials, sizes, config.seed)

@@ -184,6 +184,16 @@ def test_scaling_report_states_its_counts_and_stands_alone(tmp_path, artifact):
     assert failed(check_scaling_report(out)) == ["page_states_its_counts", "page_stands_alone"]
 
 
+def test_figures_of_an_earlier_version_or_damaged_are_refused_not_misread(tmp_path, artifact):
+    path = artifact[0] / "policy.json"
+    earlier = json.dumps(json.loads(path.read_text()) | {"schema": "sim1.policy_result/2"})
+    for content, said in ((earlier, "schema is 'sim1.policy_result/2', expected"), ("{", "not readable")):
+        path.write_text(content)
+        for read in (check_policy, lambda p: scaling_report({"policy": {"": p}}, tmp_path, ScalingReportConfig())):
+            with pytest.raises(BadInput, match=rf"policy\.json: {said}.*make policy again"):
+                read(artifact[0])
+
+
 def test_check_sees_a_success_outside_its_interval_and_shifts_that_do_not_add_up(tmp_path, artifact):
     out = tmp_path / "scaling"
     out.mkdir()

@@ -1,22 +1,21 @@
 """What must hold in the artifact of stage `image_policy`."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from sim1.policy.checks import page_findings
-from sim1.policy.counting import read_table
+from sim1.policy.counting import read_figures, read_table
 from sim1.policy.image.build import load
-from sim1.policy.image.measures import ALL_TITLES, BLANK, DATASET
+from sim1.policy.image.measures import ALL_TITLES, BLANK, DATASET, SCHEMA
 from sim1.policy.image.shifts import TITLES
 from sim1.stage import BadInput, Finding
 
 
 def check_experiment(artifact: Path) -> list[Finding]:
     """Findings of stage `image_policy`."""
-    about = json.loads((artifact / "image_policy.json").read_text())
+    about = read_figures(artifact / "image_policy.json", SCHEMA, "image_policy")
     errors = read_table(artifact / "open_loop.parquet")
     losses = read_table(artifact / "training.parquet")["loss"].to_numpy()
     steps = about["training"]["steps"]
