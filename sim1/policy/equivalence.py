@@ -5,13 +5,14 @@ ones says which number m reaches it as well, and the ratio is m / n. Beyond the 
 than" or "less than".
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from sim1.policy.error_table import error_table, means_of_resamples
 from sim1.policy.lessons import GENERATED, REAL
 from sim1.stage import random_stream
 from sim1.statistics import Interval
@@ -52,21 +53,24 @@ def worth(lessons: Mapping[str, Any], open_loop: pd.DataFrame, trials: pd.DataFr
 
 
 def by_error(errors: pd.DataFrame, seed: int) -> Worth | str:
-    """From errors of both kinds of policies on the same held-out real demonstrations; those are resampled, seeds averaged."""
+    """From errors of both kinds of policies on the same held-out real demonstrations; these and networks are resampled."""
     figure = "action error on held-out real demonstrations"
     if missing := _missing(errors):
         return f"{figure}: {missing}"
-    table = errors.pivot_table(
-        index=["garment", "trajectory"], columns=["trained_on", "size"], values="joint_error_rad", aggfunc="mean"
-    )
-    sizes, real = np.array(sorted(table[GENERATED]), float), max(table[REAL])
+    of = dict(iter(errors.groupby("trained_on")))
+    sizes, real = np.array(sorted(of[GENERATED]["size"].unique()), float), int(of[REAL]["size"].max())
+    rows = [*(of[GENERATED][of[GENERATED]["size"] == size] for size in sizes), of[REAL][of[REAL]["size"] == real]]
+    tables = np.stack([error_table(one) for one in rows])
 
-    def measure(pick: np.ndarray) -> tuple[float, float]:
-        level = float(table[REAL][real].to_numpy()[pick].mean())
-        slope, offset = np.polyfit(np.log(sizes), np.log(table[GENERATED].to_numpy()[pick].mean(axis=0)), 1)
+    def measure(means_rad: np.ndarray) -> tuple[float, float]:
+        slope, offset = np.polyfit(np.log(sizes), np.log(means_rad[:-1]), 1)
+        level = float(means_rad[-1])
         return level, _crossing(np.log(level), slope, offset, sizes.min(), rises=False)
 
-    return _worth(figure, None, real, sizes, measure, [np.arange(len(table))], random_stream(seed, "worth", "error"))
+    again = means_of_resamples(tables, RESAMPLES, random_stream(seed, "worth", "error"))
+    level, size = measure(tables.mean(axis=(1, 2)))
+    others = [measure(means)[1] for means in again.T] if tables.shape[1] > 1 else []
+    return _worth(figure, None, real, sizes, level, size, others)
 
 
 def by_success(trials: pd.DataFrame, shift: str, seed: int) -> Worth | str:
@@ -94,8 +98,10 @@ def by_success(trials: pd.DataFrame, shift: str, seed: int) -> Worth | str:
         odds = (real_won + HALF) / (real_of - real_won + HALF)  # as in the curve: equals are worth the same
         return float(real_won / real_of), _crossing(float(np.log(odds)), slope, offset, sizes.min(), rises=True)
 
-    networks = list(counts.groupby("seed").indices.values())
-    return _worth(figure, shift, real, sizes, measure, networks, random_stream(seed, "worth", shift))
+    networks, rng = list(counts.groupby("seed").indices.values()), random_stream(seed, "worth", shift)
+    level, size = measure(np.arange(len(counts)))
+    others = [measure(_resampled(networks, rng))[1] for _ in range(RESAMPLES)] if len(counts) > 1 else []
+    return _worth(figure, shift, real, sizes, level, size, others)
 
 
 def _missing(rows: pd.DataFrame) -> str | None:
@@ -133,20 +139,11 @@ def _logistic(x: np.ndarray, wins: np.ndarray, of: np.ndarray) -> tuple[float, f
 
 
 def _worth(
-    figure: str,
-    shift: str | None,
-    real: int,
-    sizes: np.ndarray,
-    measure: Callable[[np.ndarray], tuple[float, float]],
-    clusters: Sequence[np.ndarray],
-    rng: np.random.Generator,
+    figure: str, shift: str | None, real: int, sizes: np.ndarray, level: float, size: float, others: Sequence[float]
 ) -> Worth:
-    """`clusters`: rows that may hang together; they are resampled, then the rows in each."""
-    count = sum(map(len, clusters))
-    level, size = measure(np.arange(count))
+    """`size`: generated trajectories that equal `real` ones; `others`: the same of resamples, none where there is nothing to draw."""
     low, high = sizes.min(), sizes.max()
-    again = [measure(_resampled(clusters, rng))[1] for _ in range(RESAMPLES)]
-    ends = np.quantile(again, [0.025, 0.975], method="nearest")  # never between a number and infinity
+    ends = np.quantile(others or [size], [0.025, 0.975], method="nearest")  # never between a number and infinity
     beyond = bool(ends[0] <= low), bool(ends[1] >= high)
     bound = "more than" if size > high else "less than" if size < low else None
     return Worth(
@@ -156,7 +153,7 @@ def _worth(
         real_value=level,
         ratio=float(np.clip(size, low, high) / real),
         bound=bound,
-        interval=Interval(*map(float, np.clip(ends, low, high) / real)) if count > 1 else None,
+        interval=Interval(*map(float, np.clip(ends, low, high) / real)) if others else None,
         beyond=beyond,
     )
 

@@ -8,12 +8,15 @@ import pandas as pd
 
 from sim1.clustered_share import Difference
 from sim1.policy import paper
+from sim1.policy.error_table import error_table, means_of_resamples
 from sim1.policy.lessons import GENERATED, KINDS, REAL
 from sim1.policy.tried import Tried, compare, count
 from sim1.stage import random_stream
-from sim1.statistics import Interval, bootstrap_mean_interval
+from sim1.statistics import Interval
 
 MIN_SIZES = 3  # a curve with two parameters through fewer points would be a drawing
+RESAMPLES = 2000
+TAILS = (0.025, 0.975)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,7 +26,7 @@ class Error:
     tested_on: str
     count: int  # errors measured: models x held-out trajectories
     joint_error_rad: float
-    interval_rad: Interval | None  # bootstrap over trajectories; None: there is one
+    interval_rad: Interval | None  # bootstrap over trajectories and networks; None: there is one trajectory
     hold_joint_error_rad: float  # of standing still, on the same trajectories
 
 
@@ -57,7 +60,9 @@ class PowerLaw:
     size_count: int
     scale_rad: float
     exponent: float
-    exponent_interval: Interval | None  # bootstrap over held-out trajectories; None: there is one
+    exponent_interval: (
+        Interval | None
+    )  # bootstrap over held-out trajectories and networks; None: there is one trajectory
     r_squared: float
 
     def at(self, size: np.ndarray) -> np.ndarray:
@@ -113,14 +118,13 @@ def measure_over_real(trials: pd.DataFrame) -> dict[str, Difference]:
 
 
 def _error(errors: pd.DataFrame, tested_on: str, seed: int) -> Error:
-    """Seeds are averaged before the bootstrap: errors of several seeds on one trajectory are not independent."""
-    values = _per_trajectory(errors)
-    size = int(errors["size"].iloc[0])
+    table, size = error_table(errors), int(errors["size"].iloc[0])
+    means = means_of_resamples(table[None], RESAMPLES, random_stream(seed, "scaling", size))[0]
     return Error(
         tested_on=tested_on,
         count=len(errors),
-        joint_error_rad=float(values.mean()),
-        interval_rad=bootstrap_mean_interval(values, random_stream(seed, "scaling", size)) if len(values) > 1 else None,
+        joint_error_rad=float(table.mean()),
+        interval_rad=Interval(*map(float, np.quantile(means, TAILS))) if len(table) > 1 else None,
         hold_joint_error_rad=float(errors["hold_joint_error_rad"].mean()),
     )
 
@@ -132,31 +136,24 @@ def fit_power_laws(open_loop: pd.DataFrame, seed: int) -> list[PowerLaw]:
     return [fit for fit in fits if isinstance(fit, PowerLaw)]
 
 
-def fit_power_law(open_loop: pd.DataFrame, seed: int, resample_count: int = 500) -> PowerLaw | str:
+def fit_power_law(open_loop: pd.DataFrame, seed: int) -> PowerLaw | str:
     """Fit of the held-out error against size, of one kind of training and test, or the reason why there is none."""
     sizes = sorted(open_loop["size"].unique())
     if len(sizes) < MIN_SIZES:
         return f"{len(sizes)} training sizes; a fitted curve needs at least {MIN_SIZES}"
-    table = np.stack([_per_trajectory(open_loop[open_loop["size"] == size]) for size in sizes])  # (sizes, trajectories)
-    x = np.log(np.array(sizes, dtype=float))
-    slope, offset = np.polyfit(x, np.log(table.mean(axis=1)), 1)
-    left = np.log(table.mean(axis=1)) - (slope * x + offset)
-    spread = ((np.log(table.mean(axis=1)) - np.log(table.mean(axis=1)).mean()) ** 2).sum()
-    rng = random_stream(seed, "power-law")
-    picks = rng.integers(table.shape[1], size=(resample_count, table.shape[1]))
-    slopes = np.polyfit(x, np.log(table[:, picks].mean(axis=2)), 1)[0]
-    low, high = np.quantile(-slopes, [0.025, 0.975])
+    tables = np.stack([error_table(open_loop[open_loop["size"] == size]) for size in sizes])
+    x, y = np.log(np.array(sizes, dtype=float)), np.log(tables.mean(axis=(1, 2)))
+    slope, offset = np.polyfit(x, y, 1)
+    left, spread = y - (slope * x + offset), ((y - y.mean()) ** 2).sum()
+    # Networks of one seed learnt from nested sets, whatever the size: they are drawn together.
+    resampled = means_of_resamples(tables, RESAMPLES, random_stream(seed, "power-law"))
+    low, high = np.quantile(-np.polyfit(x, np.log(resampled), 1)[0], TAILS)
     return PowerLaw(
         trained_on=str(open_loop["trained_on"].iloc[0]),
         tested_on=str(open_loop["tested_on"].iloc[0]),
         size_count=len(sizes),
         scale_rad=float(np.exp(offset)),
         exponent=float(-slope),
-        exponent_interval=Interval(float(low), float(high)) if table.shape[1] > 1 else None,
+        exponent_interval=Interval(float(low), float(high)) if tables.shape[1] > 1 else None,
         r_squared=float(1 - (left**2).sum() / spread) if spread > 0 else 1.0,
     )
-
-
-def _per_trajectory(errors: pd.DataFrame) -> np.ndarray:
-    """Mean over the seeds of each held-out trajectory's error, in order of garment and name."""
-    return errors.groupby(["garment", "trajectory"])["joint_error_rad"].mean().to_numpy()

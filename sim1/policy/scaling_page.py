@@ -58,7 +58,7 @@ def write_scaling_page(out: Path, about: Mapping[str, Any]) -> None:
                 "trajectories were held out, which is the weaker test. Split “none”: too few to hold any out.",
                 "Action error: mean absolute difference between the predicted chunk of joint commands and the recorded one. "
                 "Standing still is the error of a policy that does nothing. Intervals of errors and of what is fitted to them: bootstrap over held-out "
-                "trajectories, errors of all networks averaged first; what other networks would err is not in them.",
+                "trajectories and networks, each drawn anew; of one network what others would err is not in them.",
                 _trials(about),
             ],
             table=[{"of": NAMES[kind], **row} for kind, lesson in lessons.items() for row in lesson["splits"]],

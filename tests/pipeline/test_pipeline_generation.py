@@ -12,9 +12,9 @@ import pytest
 
 from sim1.stage import random_stream
 
-TARGET = "4"
-KILLS = 8
-LANDED = 4  # kills amid an attempt, of those; by then the target may be reached
+TARGET = "8"
+KILLS = 20
+LANDED = 10  # kills amid an attempt, of those
 LONGEST_S = 1.5  # from where an attempt is seen to the kill: an attempt takes seconds
 
 

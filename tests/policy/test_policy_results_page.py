@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from sim1.policy import paper
 from sim1.policy.ablation import PAPER_METHODS
+from sim1.policy.experiment import ABOUT_SCHEMA
 from sim1.policy.lessons import GENERATED, REAL
 from sim1.policy.results_page import PARTS, results
 from sim1.policy.stage import (
@@ -63,6 +64,7 @@ def a_policy(folder, seeds=(0,)):
         "time_limits": {"towel": {"duration_s": 9.0, "longest_of": REAL}},
     }
     about = {
+        "schema": ABOUT_SCHEMA,
         "lessons": lessons,
         "seeds": [0],
         "no_real_demonstrations": None,

@@ -62,6 +62,47 @@ def test_seeds_do_not_narrow_the_interval_as_if_they_were_trajectories():
     assert many.count == 50 * few.count
 
 
+def networks_apart(spread, rng, seeds=5, trajectories=12):
+    """Errors of networks each of which is worse or better as a whole, with a mean of 0.2 among all there could be."""
+    of_network = rng.normal(0.2, spread, seeds)
+    table = errors([4], seeds=seeds, trajectories=trajectories)
+    return table.assign(joint_error_rad=of_network[table["seed"]] + rng.normal(0.0, 0.02, len(table)))
+
+
+def test_networks_that_differ_widen_the_interval_of_an_error_which_holds_the_mean_of_all_networks():
+    rng, held, widths = np.random.default_rng(0), 0, []
+    for spread in [0.03] * 60 + [0.0]:
+        [point] = measure(networks_apart(spread, rng), NO_TRIALS, {GENERATED: [4]}, seed=0)
+        low, high = point.errors[0].interval_rad
+        held += spread > 0 and low <= 0.2 <= high
+        widths.append(high - low)
+    assert held >= 48  # a percentile interval of five is somewhat narrow; it holds 54, one over trajectories alone 21
+    assert np.mean(widths[:-1]) > 2 * widths[-1]
+
+
+def test_a_network_that_was_not_tested_on_a_trajectory_is_an_error_not_a_mean_of_fewer():
+    with pytest.raises(ValueError, match=r"no error of the network of seed 2 on \('towel', '0011'\)"):
+        measure(errors([4]).iloc[:-1], NO_TRIALS, {GENERATED: [4]}, seed=0)
+
+
+def test_networks_that_differ_leave_open_what_a_real_demonstration_is_worth():
+    rng = np.random.default_rng(1)
+    alike, apart = (
+        pd.concat(
+            [
+                rows.assign(joint_error_rad=rows["joint_error_rad"] * np.exp(rng.normal(0, spread, 3))[rows["seed"]])
+                for rows in (
+                    *(errors([size], tested_on=REAL, noise=0.05) for size in (1, 4, 16)),
+                    errors([1], scale=0.2, trained_on=REAL, noise=0.05),
+                )
+            ]
+        )
+        for spread in (0.0, 0.2)
+    )
+    narrow, wide = by_error(alike, seed=0).interval, by_error(apart, seed=0).interval
+    assert wide.high - wide.low > 2 * (narrow.high - narrow.low)
+
+
 def trials(kind, size, wins, of=20, shift="spatial", seed=0):
     """The first placements succeed."""
     return pd.DataFrame(

@@ -177,7 +177,7 @@ def test_scaling_report_states_its_counts_and_stands_alone(tmp_path, artifact):
     assert "scripted expert" in page
     assert "<td>0002</td>" in page  # the demonstrations that are held out
     assert "Not known" in page
-    assert "what other networks would err is not in them" in page
+    assert "of one network what others would err is not in them" in page
     assert "Every seed draws trajectories of its own to train on" in page
     page = page.replace("\N{NO-BREAK SPACE}", " ").replace("0 of 4", "4 of 4")
     (out / "report.html").write_text(page + '<img src="https://example.org/x.png">')
