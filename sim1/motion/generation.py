@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from sim1.motion.stage import CandidateTrajectoriesConfig
 
 SHOWN = 40  # attempts in the picture
+WORTH_STARTING = 8  # attempts for each process
 
 
 def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, out: Path) -> Facts:
@@ -34,11 +36,17 @@ def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, 
     def tell(rows: dict[str, Row]) -> None:
         report(min(sum(row["ran"] for row in rows.values()), total), total, "candidates")
 
-    labour_together(out, quotas, functools.partial(Bench.of, inputs, garment, config), 1, tell)
+    prepare = functools.partial(Bench.of, inputs, garment, config)
+    labour_together(out, quotas, prepare, processes_for(total, os.process_cpu_count() or 1), tell)
     rows = finished(out)
     write_tables(out, rows, read_start(only(inputs, "seed_demos")))
     write_limits(out, Arms.of_scene(read_scene(only(inputs, "scene"))))
     return facts(rows)
+
+
+def processes_for(attempts: int, cores: int) -> int:
+    """How many make them: no more than cores, and none for a few attempts, which are made before it has started."""
+    return max(1, min(cores, attempts // WORTH_STARTING))
 
 
 def write_limits(out: Path, arms: Arms) -> None:

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from sim1.cloth.cell import SimulationBroke
 from sim1.motion.assembly import attempt
-from sim1.motion.generation import quotas_of
+from sim1.motion.generation import processes_for, quotas_of
 from sim1.motion.joining import Variation, skeleton
 from sim1.motion.placement import planar
 from sim1.motion.poses import ToolPath
@@ -276,6 +276,13 @@ def test_attempts_go_on_until_enough_ran_and_enough_succeeded(ran, successes, mo
     config = CandidateTrajectoriesConfig(candidate_count=3, success_target=1, run_limit=6, tries_per_candidate=4)
     group = [{"ran": True, "success": index < successes} for index in range(ran)]
     assert quotas_of(config)[0].wants_more(group) is more
+
+
+@pytest.mark.parametrize(
+    ("attempts", "cores", "processes"), [(3, 16, 1), (15, 16, 1), (84, 2, 2), (84, 16, 10), (360, 16, 16), (360, 1, 1)]
+)
+def test_many_attempts_are_made_by_all_cores_and_a_few_by_one_process(attempts, cores, processes):
+    assert processes_for(attempts, cores) == processes
 
 
 def test_draws_out_of_reach_come_to_an_end():
