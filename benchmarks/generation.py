@@ -1,10 +1,10 @@
-"""Where the time of an attempt goes, and what more processes bring: `python -m benchmarks.generation towel tshirt`.
+"""Where the time of an attempt goes, and what more processes bring: `python -m benchmarks.generation towel tshirt --attempts 8`.
 
 Needs the garments' artifacts in the store (`make run`). Shares of processor time, and a ratio of wall times within one run.
 """
 
+import argparse
 import functools
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -73,13 +73,12 @@ def steps_of(inputs: Any, garment: str, config: Any) -> tuple[dict[str, float], 
     return clock.seconds | {"all else": whole - sum(clock.seconds.values())}, whole, ran
 
 
-def growth_of(inputs: Any, garment: str, config: Any) -> dict[int, float]:
-    """Attempts per hour of wall time by number of processes, what it takes to start them included once."""
+def growth_of(inputs: Any, garment: str, config: Any, count: int) -> dict[int, float]:
+    """Attempts per hour of wall time by number of processes, what it takes to start them included once: of `count` attempts."""
     from sim1.crew import labour_together
     from sim1.motion.bench import Bench
     from sim1.quota import Quota
 
-    count = 4 * max(WORKERS)
     quota = Quota(series="", run_count=0, target=count, counted="made", run_limit=count, try_limit=count)
     rates = {}
     for workers in WORKERS:
@@ -110,11 +109,11 @@ class _Counted:
         return self.bench.make(ticket, folder) | {"ran": True, "made": True}
 
 
-def main(garments: list[str]) -> None:
-    """Print one table for each garment."""
+def main(garments: list[str], attempts: int) -> None:
+    """Print one table for each garment; `attempts` by one process, and again by two."""
     console, home = Console(), Home.here()
     graph = load_graph(home)
-    for garment in garments or ["towel"]:
+    for garment in garments:
         inputs, nodes, _ = given(home, graph, garment, None)
         config = config_of(nodes[0])
         seconds, whole, ran = steps_of(inputs, garment, config)
@@ -122,11 +121,15 @@ def main(garments: list[str]) -> None:
         for name, value in sorted(seconds.items(), key=lambda item: -item[1]):
             table.add_row(name, f"{value / ATTEMPTS:.2f}", f"{100 * value / whole:.0f} %")
         console.print(table)
-        rates = growth_of(inputs, garment, config)
+        rates = growth_of(inputs, garment, config, attempts)
         first = rates[WORKERS[0]]
         for workers, rate in rates.items():
-            console.print(f"{workers} processes: {rate:.0f} attempts an hour, {rate / first:.2f} times one process")
+            console.print(f"{attempts} by {workers}: {rate:.0f} attempts an hour, {rate / first:.2f} times one process")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("garments", nargs="*", default=["towel"])
+    parser.add_argument("--attempts", type=int, default=8)
+    given_by_user = parser.parse_args()
+    main(given_by_user.garments, given_by_user.attempts)
