@@ -45,7 +45,7 @@ def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, 
 
 
 def processes_for(attempts: int, cores: int) -> int:
-    """How many make them: no more than cores, and none for a few attempts, which are made before it has started."""
+    """How many processes make so many attempts: a few are made before another process has started."""
     return max(1, min(cores, attempts // WORTH_STARTING))
 
 

@@ -60,9 +60,7 @@ class PowerLaw:
     size_count: int
     scale_rad: float
     exponent: float
-    exponent_interval: (
-        Interval | None
-    )  # bootstrap over held-out trajectories and networks; None: there is one trajectory
+    exponent_interval: Interval | None  # as that of an error
     r_squared: float
 
     def at(self, size: np.ndarray) -> np.ndarray:
