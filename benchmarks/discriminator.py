@@ -4,10 +4,11 @@
 store holds of `seed_demos` and `candidate_trajectories`. Each garment's demonstrations are dealt out to folds, clips go with them;
 in turn one fold tests, the next sets the thresholds, the others train, so that every clip is tested once by a network that saw
 nothing of its demonstrations. With several garments, each is tested besides by a network that learned from the others alone.
+Each row is told once more for the clips that are clear: whose worst figure lies at least a fifth of its limit from the judge's line.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -22,15 +23,20 @@ from rich.table import Table
 from assets_defs._store import verified
 from pipeline import Home, load_graph
 from sim1.clustered_share import clustered_interval, counts_by_cluster
+from sim1.episode import episode_folders
 from sim1.motion.likeness.classifier import area_under_roc
 from sim1.motion.likeness.families import families
+from sim1.robot.expert_task import read_task
 from sim1.stage import BadInput, random_stream
 from sim1.statistics import describe_share
 from sim1.validity.evidence import threshold_for
 from sim1.validity.parts import LabelledClip, deal
 from sim1.validity.stage import VideoDiscriminatorConfig
+from sim1.validity.success import fold_excess
 
 NEEDED = ("seed_demos", "candidate_trajectories", "garment_mesh", "scene")
+COLUMNS = ("name", "success", "family", "precise", "generous")  # of `Tested`, one entry a clip
+CLEAR = 0.2  # of the limit of a fold's worst figure: farther from the judge's line a person needs no ruler either
 RECALL = 0.8  # of the calibration clips, by which the second threshold is chosen
 
 
@@ -48,6 +54,7 @@ class Turn:
 class Tested:
     """Clips that had no say in network and thresholds."""
 
+    name: np.ndarray  # (n,) of the clips
     success: np.ndarray  # (n,) bool
     family: np.ndarray  # (n,) names: clips of one family hang together
     precise: np.ndarray  # (n,) bool, accepted at the threshold of the wanted precision
@@ -106,6 +113,7 @@ def run_turn(turn: Turn, config: VideoDiscriminatorConfig) -> Tested:
     tested, good = _column(network, scores, turn.test), _successes(turn.test)
     kin = families([clip.sources for clip in turn.test])
     return Tested(
+        name=np.array([clip.name for clip in turn.test]),
         success=good,
         family=np.array([f"{turn.name}/{number}" for number in kin]),
         precise=np.zeros(len(good), bool) if precise is None else tested >= precise,
@@ -124,8 +132,39 @@ def _successes(clips: Sequence[LabelledClip]) -> np.ndarray:
 
 def pooled(tested: Sequence[Tested]) -> Tested:
     """All together; networks differ, so that their scores are not put together but what each accepted is."""
-    columns = {name: np.concatenate([getattr(one, name) for one in tested]) for name in ("success", "family", "precise", "generous")}  # fmt: skip
+    columns = {name: np.concatenate([getattr(one, name) for one in tested]) for name in COLUMNS}  # fmt: skip
     return Tested(**columns, roc_area=tuple(area for one in tested for area in one.roc_area))
+
+
+def among(tested: Tested, names: Set[str]) -> Tested:
+    """The same of these clips alone; areas under curves of whole folds are none of theirs."""
+    chosen = np.isin(tested.name, list(names))
+    return Tested(**{name: getattr(tested, name)[chosen] for name in COLUMNS}, roc_area=())
+
+
+def judged(demos: Path, candidates: Path) -> dict[str, tuple[str | None, float]]:
+    """Of each clip by name: its class of failure, None where it folds, and how far its fold is beyond the judge's limits.
+
+    Raises:
+        BadInput: the task cannot be read.
+    """
+    limits, found = read_task(demos / "task.json").success, {}
+    for kind, folder in (("demo", demos), ("candidate", candidates)):
+        for episode in episode_folders(folder):
+            about = json.loads((episode / "episode.json").read_text())
+            figures = about["figures"]
+            excess = fold_excess(figures, limits) if figures else np.inf  # no figures: the simulation broke
+            found[f"{kind}/{episode.name}"] = (about["failure"], excess)
+    return found
+
+
+def accepted_by_class(tested: Tested, verdicts: dict[str, tuple[str | None, float]]) -> dict[str, tuple[int, int]]:
+    """Of each class of failure, how many clips the generous threshold accepts, and of how many."""
+    classes = np.array([verdicts[name][0] or "folded" for name in tested.name])
+    return {
+        str(one): (int(tested.generous[classes == one].sum()), int((classes == one).sum()))
+        for one in sorted(set(classes))
+    }
 
 
 def figures_of(tested: Tested) -> dict[str, Any]:
@@ -173,9 +212,10 @@ def main(
     from sim1.validity.watching import labelled_clips
 
     home, config = Home.here(), VideoDiscriminatorConfig(step_count=steps, frame_count=frames)
-    graph, clips = load_graph(home), {}
+    graph, clips, verdicts = load_graph(home), {}, {}
     for garment in garments:
         paths = {name: verified(home, graph.nodes[name], garment)[0] for name in NEEDED}
+        verdicts[garment] = judged(paths["seed_demos"], paths["candidate_trajectories"])
         clips[garment] = labelled_clips(
             paths["seed_demos"],
             paths["candidate_trajectories"],
@@ -183,28 +223,39 @@ def main(
             read_scene(paths["scene"]),
             config,
         )
-    rows: dict[str, tuple[list[Turn], int]] = {
-        f"{name}, other demonstrations": turns_by_fold(name, some, folds) for name, some in clips.items()
-    }
+    rows = {(name, "other demonstrations"): turns_by_fold(name, some, folds) for name, some in clips.items()}
     if len(clips) > 1:
-        rows |= {f"{name}, other garments": ([turn_by_garment(name, clips)], 0) for name in clips}
+        rows |= {(name, "other garments"): ([turn_by_garment(name, clips)], 0) for name in clips}
     table, found = Table("tested on", "clips", "area under ROC", f"precision, recall at {config.precision:.0%} wanted", f"at {RECALL:.0%} kept"), {}  # fmt: skip
     with ProcessPoolExecutor(processes) as pool:
-        asked = {name: [pool.submit(partial(run_turn, turn, config)) for turn in turns] for name, (turns, _) in rows.items()}  # fmt: skip
-        for name, futures in asked.items():
-            made = figures_of(pooled([future.result() for future in futures]))
-            found[name] = made | {"left_out": rows[name][1]}
-            cells = [
-                f"{told(made[kind]['precision'])}; {told(made[kind]['recall'])}" for kind in ("precise", "generous")
-            ]
-            count = f"{made['success_count']} + {made['failure_count']}"
-            table.add_row(name, count, ", ".join(f"{area:.3f}" for area in made["roc_area"]), *cells)
+        asked = {key: [pool.submit(partial(run_turn, turn, config)) for turn in turns] for key, (turns, _) in rows.items()}  # fmt: skip
+        for (garment, learned_from), futures in asked.items():
+            tested = pooled([future.result() for future in futures])
+            clear = {name for name, (_, excess) in verdicts[garment].items() if abs(excess) >= CLEAR}
+            whole, easy = figures_of(tested), figures_of(among(tested, clear))
+            classes = accepted_by_class(tested, verdicts[garment])
+            key = f"{garment}, {learned_from}"
+            found[key] = whole | {
+                "left_out": rows[garment, learned_from][1],
+                "clear": easy,
+                "accepted_by_class": classes,
+            }
+            table.add_row(key, *_cells(whole))
+            table.add_row("  the clear ones", *_cells(easy))
+            for name, (accepted, of) in classes.items():
+                table.add_row(f"  {name}", "", "", "", f"{accepted} of {of} accepted")
     Console(width=200).print(table)
     out.parent.mkdir(parents=True, exist_ok=True)
     settings = {"folds": folds, "steps": steps, "frames": frames, "garments": garments}
     out.write_text(
-        json.dumps({"schema": "sim1.discriminator_benchmark/1", "settings": settings, "found": found}, indent=1) + "\n"
+        json.dumps({"schema": "sim1.discriminator_benchmark/2", "settings": settings, "found": found}, indent=1) + "\n"
     )
+
+
+def _cells(made: dict[str, Any]) -> list[str]:
+    count = f"{made['success_count']} + {made['failure_count']}"
+    shares = [f"{told(made[kind]['precision'])}; {told(made[kind]['recall'])}" for kind in ("precise", "generous")]
+    return [count, ", ".join(f"{area:.3f}" for area in made["roc_area"]), *shares]
 
 
 if __name__ == "__main__":

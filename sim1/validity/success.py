@@ -1,12 +1,13 @@
 """Whether a garment was folded as the task asks, in numbers."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from PIL import Image, ImageDraw
 
-from sim1.robot.expert_task import Task, find_keypoints, ideal_fold
+from sim1.robot.expert_task import Limits, Task, find_keypoints, ideal_fold
 from sim1.validity.penetration import crossings
 
 type Failure = Literal[
@@ -21,6 +22,7 @@ type Failure = Literal[
 ]
 PIXEL_M = 0.004
 LAST_FRAMES = 10  # a third of a second
+_TINY = 1e-12  # a limit of nothing has no shares
 LOOKED_AT = 8  # frames in which layers are looked at for having gone through each other, the last one among them
 
 
@@ -111,19 +113,20 @@ def _failure(
         return "over-stretch"
     if figures["crossing_count"] > 0:
         return "penetration"
-    folded = (
-        figures["iou"] >= limits.iou
-        and figures["keypoint_error_m"] <= limits.keypoint_error_m
-        and figures["area_ratio"] <= figures["ideal_area_ratio"] + limits.area_excess
-        and figures["height_m"] <= limits.height_m
-        and figures["speed_m_s"] <= limits.speed_m_s
-        and figures["face_down_share"] >= limits.face_down_share
-    )
-    if folded:
+    if fold_excess(figures, limits) <= 0:
         return None
     if figures["lifted_m"] < limits.lifted_m:
         return "missed grasp"
     return "slip" if _fell_early(garment_m, ideal, grasped, limits.lifted_m) else "not folded"
+
+
+def fold_excess(figures: Mapping[str, float], limits: Limits) -> float:
+    """How far the worst figure of the fold lies beyond its limit, as a share of that limit; up to 0 it is folded."""
+    highest = {name: getattr(limits, name) for name in ("keypoint_error_m", "height_m", "speed_m_s")}
+    highest["area_ratio"] = figures["ideal_area_ratio"] + limits.area_excess
+    lowest = {name: getattr(limits, name) for name in ("iou", "face_down_share")}
+    beyond = [(figures[name] - limit) / max(limit, _TINY) for name, limit in highest.items()]
+    return max(beyond + [(limit - figures[name]) / max(limit, _TINY) for name, limit in lowest.items()])
 
 
 def _fell_early(garment_m: np.ndarray, ideal: np.ndarray, grasped: list[int], lifted_m: float) -> bool:
