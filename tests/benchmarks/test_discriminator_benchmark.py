@@ -1,12 +1,27 @@
 """The benchmark of the video discriminator, on clips by formula."""
 
+import json
+
 import numpy as np
 import pytest
 
-from benchmarks.discriminator import figures_of, pooled, run_turn, turn_by_garment, turns_by_fold
+from benchmarks import discriminator
+from benchmarks.discriminator import (
+    accepted_by_class,
+    among,
+    figures_of,
+    judged,
+    pooled,
+    run_turn,
+    turn_by_garment,
+    turns_by_fold,
+)
+from pipeline.home import REPOSITORY
+from sim1.robot.expert_task import Limits
 from sim1.stage import BadInput
 from sim1.validity.parts import LabelledClip
 from sim1.validity.stage import VideoDiscriminatorConfig
+from sim1.validity.success import fold_excess
 
 CONFIG = VideoDiscriminatorConfig(width=16, layer_count=1, step_count=12, learning_rate=1e-3)
 
@@ -78,3 +93,56 @@ def test_a_fold_without_a_failure_is_told():
     turns, _ = turns_by_fold("towel", [clip for clip in clips("towel") if clip.success], 4)
     with pytest.raises(BadInput, match=r"towel, fold 0: 8 of 8 clips of the part train are successes.*fewer folds"):
         run_turn(turns[0], CONFIG)
+
+
+FOLDED = {"iou": 0.9, "keypoint_error_m": 0.03, "area_ratio": 0.5, "ideal_area_ratio": 0.5, "height_m": 0.02, "speed_m_s": 0.0, "face_down_share": 0.5}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changed", "excess"),
+    [
+        ({}, -0.1 / 0.8),  # the silhouette is nearest to its limit
+        ({"iou": 0.8}, 0.0),  # on the line is folded
+        ({"iou": 0.6}, 0.25),
+        ({"keypoint_error_m": 0.09}, 0.5),
+        ({"area_ratio": 0.75}, 0.25),  # 0.1 above the ideal one are allowed
+    ],
+)
+def test_how_far_a_fold_is_beyond_the_judges_line_is_told_as_a_share_of_the_worst_figures_limit(changed, excess):
+    limits = Limits(iou=0.8, keypoint_error_m=0.06, area_excess=0.1, height_m=0.06)
+    assert fold_excess(FOLDED | changed, limits) == pytest.approx(excess)
+
+
+def test_what_the_judge_said_of_a_clip_is_read_by_its_name_and_told_class_by_class(tmp_path):
+    rows = {
+        "demos/episodes/0000": (None, FOLDED),
+        "candidates/episodes/0000": ("slip", FOLDED | {"iou": 0.0}),
+        "candidates/episodes/0001": ("not folded", FOLDED | {"iou": 0.72}),
+        "candidates/episodes/0002": ("simulation broke", {}),
+    }
+    for folder, (failure, figures) in rows.items():
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "episode.json").write_text(json.dumps({"failure": failure, "figures": figures}))
+    (tmp_path / "demos" / "task.json").write_text((REPOSITORY / "data" / "tasks" / "towel.yaml").read_text())
+    verdicts = judged(tmp_path / "demos", tmp_path / "candidates")
+    assert verdicts == {
+        "demo/0000": (None, pytest.approx(-0.1 / 0.8)),
+        "candidate/0000": ("slip", pytest.approx(1.0)),
+        "candidate/0001": ("not folded", pytest.approx(0.1)),
+        "candidate/0002": ("simulation broke", np.inf),
+    }
+
+    names = np.array(list(verdicts))
+    accepted = np.array([True, False, True, False])
+    tested = discriminator.Tested(
+        name=names, success=names == "demo/0000", family=names, precise=accepted, generous=accepted, roc_area=(0.9,)
+    )
+    assert accepted_by_class(tested, verdicts) == {
+        "folded": (1, 1),
+        "not folded": (1, 1),
+        "simulation broke": (0, 1),
+        "slip": (0, 1),
+    }
+    clear = among(tested, {"demo/0000", "candidate/0000"})
+    assert figures_of(clear)["generous"]["precision"]["of"] == 1
+    assert figures_of(clear)["failure_count"] == 1
