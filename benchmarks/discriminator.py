@@ -1,7 +1,7 @@
 """What the video discriminator is worth on demonstrations and garments that it has not seen.
 
-`python -m benchmarks.discriminator GARMENT... [--folds 4] [--steps 400] [--frames 12] [--processes 2] [--out FILE]` reads what the
-store holds of `seed_demos` and `candidate_trajectories`. Each garment's demonstrations are dealt out to folds, clips go with them;
+`python -m benchmarks.discriminator GARMENT... [--folds 4] [--steps 400] [--frames 12] [--width 64] [--height 48] [--processes 2] [--out FILE]`
+reads what the store holds of `seed_demos` and `candidate_trajectories`. Each garment's demonstrations are dealt out to folds, clips go with them;
 in turn one fold tests, the next sets the thresholds, the others train, so that every clip is tested once by a network that saw
 nothing of its demonstrations. With several garments, each is tested besides by a network that learned from the others alone.
 Each row is told once more for the clips that are clear: whose worst figure lies at least a fifth of its limit from the judge's line.
@@ -30,6 +30,7 @@ from sim1.robot.expert_task import read_task
 from sim1.stage import BadInput, random_stream
 from sim1.statistics import describe_share
 from sim1.validity.evidence import threshold_for
+from sim1.validity.examples import read_examples
 from sim1.validity.parts import LabelledClip, deal
 from sim1.validity.stage import VideoDiscriminatorConfig
 from sim1.validity.success import fold_excess
@@ -136,6 +137,26 @@ def pooled(tested: Sequence[Tested]) -> Tested:
     return Tested(**columns, roc_area=tuple(area for one in tested for area in one.roc_area))
 
 
+def drawn(paths: dict[str, Path], config: VideoDiscriminatorConfig) -> list[LabelledClip]:
+    """Clips of all demonstrations and candidates in the head view, drawn anew: of any number of frames of any size.
+
+    Raises:
+        BadInput: an episode is damaged.
+    """
+    from sim1.cloth.garment import read_garment_mesh
+    from sim1.scene.description import read_scene
+    from sim1.validity.clips import sampled
+    from sim1.validity.raster import render_head_view
+
+    faces, scene = read_garment_mesh(paths["garment_mesh"]).faces, read_scene(paths["scene"])
+    clips = []
+    for item in read_examples(paths["seed_demos"], paths["candidate_trajectories"], "clips"):
+        shapes_m = sampled(item.episode.garment_m, config.frame_count)
+        frames = [render_head_view(shape, faces, scene, config.frame_width, config.frame_height) for shape in shapes_m]
+        clips.append(LabelledClip(name=item.name, frames=np.stack(frames), success=item.success, sources=item.sources))
+    return clips
+
+
 def among(tested: Tested, names: Set[str]) -> Tested:
     """The same of these clips alone; areas under curves of whole folds are none of theirs."""
     chosen = np.isin(tested.name, list(names))
@@ -203,26 +224,19 @@ def main(
     folds: Annotated[int, typer.Option(min=3)] = 4,
     steps: int = 400,
     frames: int = 12,
+    width: int = 64,
+    height: int = 48,
     processes: int = 2,
     out: Path = Path("build/discriminator.json"),
 ) -> None:
     """Print a row for each garment, and write the figures."""
-    from sim1.cloth.garment import read_garment_mesh
-    from sim1.scene.description import read_scene
-    from sim1.validity.watching import labelled_clips
-
-    home, config = Home.here(), VideoDiscriminatorConfig(step_count=steps, frame_count=frames)
+    home = Home.here()
+    config = VideoDiscriminatorConfig(step_count=steps, frame_count=frames, frame_width=width, frame_height=height)
     graph, clips, verdicts = load_graph(home), {}, {}
     for garment in garments:
         paths = {name: verified(home, graph.nodes[name], garment)[0] for name in NEEDED}
         verdicts[garment] = judged(paths["seed_demos"], paths["candidate_trajectories"])
-        clips[garment] = labelled_clips(
-            paths["seed_demos"],
-            paths["candidate_trajectories"],
-            read_garment_mesh(paths["garment_mesh"]),
-            read_scene(paths["scene"]),
-            config,
-        )
+        clips[garment] = drawn(paths, config)
     rows = {(name, "other demonstrations"): turns_by_fold(name, some, folds) for name, some in clips.items()}
     if len(clips) > 1:
         rows |= {(name, "other garments"): ([turn_by_garment(name, clips)], 0) for name in clips}
@@ -246,7 +260,14 @@ def main(
                 table.add_row(f"  {name}", "", "", "", f"{accepted} of {of} accepted")
     Console(width=200).print(table)
     out.parent.mkdir(parents=True, exist_ok=True)
-    settings = {"folds": folds, "steps": steps, "frames": frames, "garments": garments}
+    settings = {
+        "folds": folds,
+        "steps": steps,
+        "frames": frames,
+        "width": width,
+        "height": height,
+        "garments": garments,
+    }
     out.write_text(
         json.dumps({"schema": "sim1.discriminator_benchmark/2", "settings": settings, "found": found}, indent=1) + "\n"
     )

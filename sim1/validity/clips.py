@@ -56,8 +56,8 @@ def read_clip(folder: Path) -> Clip:
     return Clip(frames=frames, rate_hz=rate)
 
 
-def sampled(clip: Clip, count: int) -> np.ndarray:
-    """At most `count` frames, spread evenly from the first to the last: (n, h, w, 3)."""
-    if len(clip.frames) <= count:
-        return clip.frames
-    return clip.frames[np.linspace(0, len(clip.frames) - 1, count).round().astype(int)]
+def sampled(frames: np.ndarray, count: int) -> np.ndarray:
+    """At most `count` of frames (t, ...), spread evenly from the first to the last: (n, ...)."""
+    if len(frames) <= count:
+        return frames
+    return frames[np.linspace(0, len(frames) - 1, count).round().astype(int)]

@@ -53,7 +53,7 @@ class Discriminator:
         if self.network is None:
             return None
         _require_size(clip, self.frame_width, self.frame_height, name)
-        return float(scores(self.network, [sampled(clip, self.frame_count)])[0])
+        return float(scores(self.network, [sampled(clip.frames, self.frame_count)])[0])
 
 
 def watch(
@@ -177,7 +177,7 @@ def _labelled(item: Example, mesh: GarmentMesh, scene: Scene, config: VideoDiscr
         _require_size(clip, width, height, str(item.folder))
     else:
         clip = head_clip(item.episode.garment_m, mesh.faces, scene, rate_hz=RATE_HZ, width=width, height=height)
-    frames = sampled(clip, config.frame_count)
+    frames = sampled(clip.frames, config.frame_count)
     return LabelledClip(name=item.name, frames=frames, success=item.success, sources=item.sources)
 
 

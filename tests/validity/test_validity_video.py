@@ -176,5 +176,5 @@ def test_a_clip_reads_back_and_damage_is_refused(tmp_path):
 
 def test_picked_frames_keep_first_and_last():
     frames = np.arange(23, dtype=np.uint8)[:, None, None, None] * np.ones((1, 2, 2, 3), np.uint8)
-    picked = sampled(Clip(frames=frames, rate_hz=10.0), 8)
+    picked = sampled(frames, 8)
     assert (len(picked), picked[0, 0, 0, 0], picked[-1, 0, 0, 0]) == (8, 0, 22)
