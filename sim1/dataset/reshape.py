@@ -204,8 +204,15 @@ def _part_of(out: Path) -> Iterator[Path]:
 
 
 def _require_sound(part: Path) -> None:
-    """Check every dataset in `part`."""
+    """Check every dataset in `part`.
+
+    Raises:
+        BadInput: one is not sound. The given ones were, so the fault lies in what writes them.
+    """
     for info in sorted(part.rglob("meta/info.json")):
         for finding in check_lerobot(info.parents[1]):
             if not finding.passed:
-                raise RuntimeError(f"{part}: {finding.name}: {finding.detail}; nothing was put in place")
+                raise BadInput(
+                    f"{part}: what was made of sound datasets is not sound itself, {finding.name}: {finding.detail}; nothing was put in "
+                    "place. That is a fault of this program or of the installed lerobot: `sim1 doctor` tells the versions to report it with"
+                )

@@ -18,7 +18,7 @@ from sim1.dataset.check_provenance import check_provenance
 from sim1.dataset.reshape import kindred, lerobot_root, merge, shared_out, split, unlike
 from sim1.dataset.stage import DatasetConfig, check_dataset, dataset
 from sim1.dataset.tables import column, read_tables
-from sim1.stage import BadInput
+from sim1.stage import BadInput, Finding
 
 
 @pytest.fixture(scope="module")
@@ -164,6 +164,19 @@ def test_names_that_differ_are_refused_before_anything_is_written(made, tmp_path
     for part in (str(made), str(renamed), "feature action: names has 'shoulder'", "remove_feature"):
         assert part in answer.stderr.replace("\n", " ")
     assert not list(tmp_path.glob("out*"))
+
+
+def test_a_merge_that_comes_out_unsound_is_told_and_not_put_in_place(made, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "sim1.dataset.reshape.check_lerobot",
+        lambda root: [Finding(name="indices", passed=tmp_path not in root.parents, detail="index 3 comes twice")],
+    )
+    answer = CliRunner().invoke(app, ["dataset", "merge", str(made), str(made), "--out", str(tmp_path / "out")])
+    assert answer.exit_code == 2
+    said = answer.stderr.replace("\n", " ")
+    assert "indices: index 3 comes twice; nothing was put in place" in said
+    assert "sim1 doctor" in said
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("error", [RuntimeError("disk"), KeyboardInterrupt()])
