@@ -129,6 +129,7 @@ def _run(root: Path, wish, parallel: int, limit_s: float, only_films: bool):
         drawn=drawn,
         home=REPOSITORY,
         diagnose=(sys.executable, "-P", "-m", "assets_defs.cli", "diagnose"),
+        predict=(sys.executable, "-P", "-m", "assets_defs.cli", "predict"),
         environment={**os.environ, "PYTHONPATH": str(package.parent)},  # this code, wherever it is started
         package=package,
         tell=_say,

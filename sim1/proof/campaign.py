@@ -15,6 +15,7 @@ from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.laboratory import Laboratory, filmed
 from sim1.proof.processes import NotDone, Processes
 from sim1.proof.seal import code_sha256, commit
+from sim1.proof.unseen import MODELS
 from sim1.stage import BadInput
 
 LIMIT_S = 3600.0  # that a diagnosis may take: one that hangs must not hold up the others
@@ -29,7 +30,8 @@ class Campaign:
     drawn: Drawn
     home: Path  # where the laboratory runs
     diagnose: tuple[str, ...]  # command; a bundle and --out FOLDER are put behind it
-    environment: Mapping[str, str]  # of the diagnosis
+    predict: tuple[str, ...]  # command; a bundle, --model FILE and --out FILE are put behind it
+    environment: Mapping[str, str]  # of both
     package: Path  # folder of the diagnosing code
     tell: Callable[[str], None]  # lines for a person
     parallel: int = 1
@@ -89,10 +91,11 @@ def _prepare(campaign: Campaign, case: str) -> Record | None:
     answers, code = files.answers(case), code_sha256(campaign.package)
     files.record(case).unlink(missing_ok=True)
     try:
-        if not filmed(files.bundle(case), answers):
+        places = files.bundle(case), files.unseen(case), answers
+        if not filmed(*places):
             campaign.tell(f"{case}: filming")
             laboratory = Laboratory(command=campaign.drawn.laboratory, home=campaign.home)
-            laboratory.film(asked, files.bundle(case), answers, campaign.processes)
+            laboratory.film(asked, *places, campaign.processes)
     except NotDone as error:
         campaign.tell(f"{case}: not filmed; {files.record(case)} says why")
         return _record(campaign, case, "film", error=str(error), code=code)
@@ -130,7 +133,27 @@ def _diagnosed(campaign: Campaign, case: str) -> Record:
         error = str(failure)
     seconds = time.monotonic() - began
     scratch.rename(found)
+    if error is None:
+        _foretell(campaign, case)
     return _record(campaign, case, "diagnose", error=error, seconds=seconds, code=before)
+
+
+def _foretell(campaign: Campaign, case: str) -> None:
+    """Have the motions that the diagnosis was not given foretold by its models. What cannot be is told, and counts as not known."""
+    files, unseen = campaign.files, campaign.files.unseen(case)
+    for model in MODELS:
+        file, out = files.found(case) / f"{model}.yaml", files.foretold(case, model)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            campaign.processes.run(
+                [*campaign.predict, str(unseen), "--model", str(file), "--out", str(out)],
+                cwd=unseen,
+                env=campaign.environment,
+                limit_s=campaign.limit_s,
+            )
+        except NotDone as failure:
+            out.unlink(missing_ok=True)  # of an earlier, killed diagnosis
+            campaign.tell(f"{case}: {model}.yaml foretells no motion: {failure}")
 
 
 def _record(

@@ -38,6 +38,7 @@ class Oracle(Strict):
 
     case: str
     heldout_mm: pydantic.NonNegativeFloat | None  # None: no simulation of it found its way
+    unseen_mm: pydantic.NonNegativeFloat | None = None  # on motions that no diagnosis was given; None: not known
     seconds: pydantic.NonNegativeFloat
 
 
@@ -84,10 +85,18 @@ class Files:
         return self.root / "bundles" / case
 
     def sealed(self, case: str) -> list[Path]:
-        """What is committed to before a case is diagnosed: its answers, and every file that the diagnosis is given."""
-        answers, bundle = self.answers(case), self.bundle(case)
-        films = sorted(path for path in bundle.rglob("*") if path.is_file())
+        """What is committed to before a case is diagnosed: its answers, and every film."""
+        answers, folders = self.answers(case), (self.bundle(case), self.unseen(case))
+        films = sorted(path for folder in folders for path in folder.rglob("*") if path.is_file())
         return [answers, answers.with_suffix(".npz"), *films]
+
+    def unseen(self, case: str) -> Path:
+        """A bundle of other motions of the same cloth, to be foretold; the diagnosis is not given it."""
+        return self.root / "unseen" / case
+
+    def foretold(self, case: str, model: str) -> Path:
+        """How one of the models that the diagnosis wrote foretells them."""
+        return self.root / "foretold" / case / f"{model}.parquet"
 
     def found(self, case: str) -> Path:
         """What the diagnosis wrote."""

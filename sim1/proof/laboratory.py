@@ -11,7 +11,7 @@ from sim1.stage import BadInput
 
 @dataclass(frozen=True, kw_only=True)
 class Laboratory:
-    """Called as `COMMAND list` and `COMMAND make --effect E ... --bundle DIR --answers FILE.json --strength S --seed K`."""
+    """Called as `COMMAND list` and `COMMAND make --effect E ... --bundle DIR --held-out DIR --answers FILE.json --strength S --seed K`."""
 
     command: tuple[str, ...]
     home: Path  # where it is run
@@ -33,20 +33,23 @@ class Laboratory:
         table, outside = (tuple(row[0] for row in rows if row[1] == kind) for kind in ("table", "outside"))
         return table, outside
 
-    def film(self, case: Case, bundle: Path, answers: Path, processes: Processes) -> None:
-        """Film a case: the folder `bundle`, the file `answers` and its arrays beside it.
+    def film(self, case: Case, bundle: Path, unseen: Path, answers: Path, processes: Processes) -> None:
+        """Film a case: the folder `bundle`, other motions of the same cloth in `unseen`, the file `answers` and its arrays beside it.
 
         Raises:
             NotDone: it failed, or did not write what was asked for.
         """
         effects = [word for name in case.effects or ("none",) for word in ("--effect", name)]
-        places = ["--bundle", str(bundle), "--answers", str(answers)]
+        places = ["--bundle", str(bundle), "--held-out", str(unseen), "--answers", str(answers)]
         drawn = ["--strength", case.strength, "--seed", str(case.seed)]
         processes.run([*self.command, "make", *effects, *places, *drawn], cwd=self.home)
-        if not filmed(bundle, answers):
-            raise NotDone(f"the laboratory ended well and did not write all of {bundle}, {answers} and its .npz")
+        if not filmed(bundle, unseen, answers):
+            raise NotDone(
+                f"the laboratory ended well and did not write all of {bundle}, {unseen}, {answers} and its .npz"
+            )
 
 
-def filmed(bundle: Path, answers: Path) -> bool:
+def filmed(bundle: Path, unseen: Path, answers: Path) -> bool:
     """Whether all files of a case are there."""
-    return all(path.is_file() for path in (bundle / "bundle.yaml", answers, answers.with_suffix(".npz")))
+    bundles = (bundle / "bundle.yaml", unseen / "bundle.yaml")
+    return all(path.is_file() for path in (*bundles, answers, answers.with_suffix(".npz")))

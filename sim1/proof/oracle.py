@@ -7,9 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sim1.array_file import read_arrays
+from sim1.cloth.physics import ClothPhysics
 from sim1.proof.files import Files, Oracle, write_whole
 from sim1.proof.score import Outcome
+from sim1.proof.unseen import off_m
 from sim1.recording.bundle import Bundle, read_bundle
+from sim1.stage import BadInput
 
 if TYPE_CHECKING:
     from sim1.mismatch.search import Unknowns
@@ -27,11 +31,13 @@ def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str]
             continue
         began = time.monotonic()
         fabric = {name: n.true for name, n in one.found.fabric.items() if n.true is not None}
-        off_m = heldout_m(read_bundle(files.bundle(one.case)), one.concealed, fabric)
+        off_m, told = heldout_m(read_bundle(files.bundle(one.case)), one.concealed, fabric)
+        seconds = round(time.monotonic() - began, 3)
         answer = Oracle(
             case=one.case,
             heldout_mm=None if off_m is None else 1e3 * off_m,
-            seconds=round(time.monotonic() - began, 3),
+            unseen_mm=None if told is None else _unseen_mm(files, one.case, told),
+            seconds=seconds,
         )
         write_whole(files.oracle(one.case), answer)
         said = (
@@ -42,14 +48,31 @@ def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str]
         tell(f"{one.case}: {said}; {number} of {len(asked)} asked")
 
 
-def heldout_m(bundle: Bundle, effects: Mapping[str, Mapping[str, float]], fabric: Mapping[str, float]) -> float | None:
-    """Error [m] on the held-out recording of the model with these effects, fitted from these values to the other recordings.
+def _unseen_mm(files: Files, case: str, told: ClothPhysics) -> float | None:
+    """Error of the oracle's model on motions that no diagnosis was given [mm]; None: it foretells them not, or they are not here."""
+    from sim1.cloth.precise.simulate import NotConverged
+    from sim1.mismatch.predict import predict
+
+    if not files.unseen(case).is_dir():
+        return None
+    answers = read_arrays(files.answers(case).with_suffix(".npz"), (), "answer", "film the case again")
+    try:
+        return 1e3 * off_m(predict(read_bundle(files.unseen(case)), told), answers)
+    except (NotConverged, BadInput):
+        return None
+
+
+def heldout_m(
+    bundle: Bundle, effects: Mapping[str, Mapping[str, float]], fabric: Mapping[str, float]
+) -> tuple[float | None, ClothPhysics | None]:
+    """Error [m] on the held-out recording of the model with these effects, fitted from these values to the other recordings, and the model.
 
     None: no simulation of it found its way.
     """
     from sim1.cloth.precise.simulate import NotConverged
     from sim1.mismatch.engine import Engine
     from sim1.mismatch.heldout import held_out, rmse_of
+    from sim1.mismatch.model_file import physics_of
     from sim1.mismatch.models import calibrate
 
     (model, z), held = as_told(bundle, effects, fabric), held_out(bundle)
@@ -59,8 +82,8 @@ def heldout_m(bundle: Bundle, effects: Mapping[str, Mapping[str, float]], fabric
             found = calibrate(engine, model, z, names, lambda share: None)
             markers = engine.foretell(model.world(found.z), (held,))
         except NotConverged:
-            return None
-    return rmse_of(bundle, markers, (held,))
+            return None, None
+    return rmse_of(bundle, markers, (held,)), physics_of(bundle, found)
 
 
 def as_told(

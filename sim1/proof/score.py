@@ -11,16 +11,16 @@ import pydantic
 from sim1.array_file import read_arrays
 from sim1.data_file import explained
 from sim1.mismatch.strict_json import Strict, read_json
-from sim1.mismatch.summary import SCHEMA, Summary, read_summary
+from sim1.mismatch.summary import SCHEMA, read_summary
 from sim1.mismatch.verdict import Verdict, read_verdict
 from sim1.proof.draw import Case
 from sim1.proof.files import Baselines, Files, Oracle, Record
+from sim1.proof.ranking import BASELINE, first_single, least_misfit, over_limit
+from sim1.proof.unseen import MODELS, off_mm
 from sim1.stage import BadInput
 
 FABRIC = ("area_density_kg_m2", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
 WORTH = 0.05  # of the baseline's held-out error: where an oracle gains less, there was nothing to recover
-BASELINE = "the baseline"  # what a ranking calls the model without effects
-JOINT = " with "  # between the effects of a ranked model
 
 
 class Number(Strict):
@@ -78,7 +78,11 @@ class Outcome(Strict):
     code_sha256: str
     code_changed: bool
     found: Found | None  # None: failed
+    unseen_mm: tuple[float | None, float | None] | None = (
+        None  # on motions that no diagnosis was given, before and after; None: not filmed
+    )
     oracle_mm: float | None  # held out, of a model that was told the effects; None: not asked, or it found no way
+    oracle_unseen_mm: float | None = None  # the same on motions that no diagnosis was given
     oracle_s: float | None  # None: not asked
     baselines: Baselines | None  # None: not asked
 
@@ -88,14 +92,22 @@ class Outcome(Strict):
         after = self.found and self.found.heldout_mm[1]
         return None if after is None else self.gap_closed_by(after)
 
+    @property
+    def unseen_gap_closed(self) -> float | None:
+        """The same on motions that no diagnosis was given."""
+        before, after = self.unseen_mm or (None, None)
+        return None if after is None else _share_gained(before, after, self.oracle_unseen_mm)
+
     def gap_closed_by(self, after_mm: float) -> float | None:
         """The same of any other method's error held out."""
-        if self.found is None or self.oracle_mm is None:
-            return None
-        before = self.found.heldout_mm[0]
-        if before is None or before - self.oracle_mm < WORTH * before:
-            return None
-        return (before - after_mm) / (before - self.oracle_mm)
+        return _share_gained(self.found.heldout_mm[0], after_mm, self.oracle_mm) if self.found else None
+
+
+def _share_gained(before: float | None, after: float, oracle: float | None) -> float | None:
+    """Of what an oracle gains; None where that is not known or next to nothing."""
+    if before is None or oracle is None or before - oracle < WORTH * before:
+        return None
+    return (before - after) / (before - oracle)
 
 
 class _Effect(pydantic.BaseModel):
@@ -139,14 +151,14 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
     """Set a finished case against its answers. A diagnosis that failed, or wrote no verdict, counts as wrong.
 
     Raises:
-        BadInput: the answers are at fault.
+        BadInput: the answers are at fault, or what was foretold is damaged.
         OtherCode: the diagnosis was made by code that wrote other files.
     """
     answers = read_answers(files.answers(record.case), asked)
     verdict, found, error = None, None, record.error
     if error is None:
         try:
-            verdict, found = _found(files.found(record.case), answers, files.answers(record.case).with_suffix(".npz"))
+            verdict, found = _found(files, record.case, answers)
         except BadInput as damage:
             if (schema := _schema(files.found(record.case) / "summary.json")) != SCHEMA:
                 raise OtherCode(
@@ -174,10 +186,24 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
         code_sha256=record.code_sha256,
         code_changed=record.code_changed,
         found=found,
+        unseen_mm=_unseen_mm(files, record.case) if found else None,
         oracle_mm=oracle.heldout_mm if oracle else None,
+        oracle_unseen_mm=oracle.unseen_mm if oracle else None,
         oracle_s=oracle.seconds if oracle else None,
         baselines=_asked(files.baselines(record.case), Baselines),
     )
+
+
+def _unseen_mm(files: Files, case: str) -> tuple[float | None, ...] | None:
+    """Errors of the diagnosis' models on motions that it was not given; None where there are none.
+
+    Raises:
+        BadInput: predictions or answers are damaged.
+    """
+    if not files.unseen(case).is_dir():
+        return None
+    answers = read_arrays(files.answers(case).with_suffix(".npz"), (), "answer", "film the case again")
+    return tuple(off_mm(files.foretold(case, model), answers) for model in MODELS)
 
 
 def _schema(path: Path) -> str:
@@ -215,11 +241,12 @@ def is_right(kind: str, concealed: tuple[str, ...], verdict: str, named: tuple[s
     return verdict == "named" and sorted(named) == sorted(concealed)
 
 
-def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found]:
+def _found(files: Files, case: str, answers: Answers) -> tuple[Verdict, Found]:
     from sim1.cloth.physics import ClothPhysics, read_physics
     from sim1.mismatch.forces_file import read_forces
     from sim1.proof.place import place_auc
 
+    folder, arrays = files.found(case), files.answers(case).with_suffix(".npz")
     verdict, summary = read_verdict(folder / "verdict.json"), read_summary(folder / "summary.json")
     model: ClothPhysics = read_physics(folder / "model.yaml")
     true = {effect.name: effect.parameters for effect in answers.effects}
@@ -261,37 +288,6 @@ def _found(folder: Path, answers: Answers, arrays: Path) -> tuple[Verdict, Found
 
 def _mm(error_m: float | None) -> float | None:
     return None if error_m is None else 1e3 * error_m
-
-
-def over_limit(summary: Summary, effect: str, given: Mapping[str, float]) -> float | None:
-    """How strong a concealed effect is, in units of the strength from which the diagnosis foretold that it would show.
-
-    Several strengths count by the root of their squares' sum, as they add to what is gained; factors by their logarithms; one that
-    shows at no strength counts nothing. None: the answers hold no coefficient of which a limit was asked.
-    """
-    parts = []
-    for row in summary.detectable:
-        if row.effect == effect and row.coefficient in given:
-            there = given[row.coefficient]
-            if row.least is None:
-                parts.append(0.0)
-            elif row.absent > 0.0:
-                parts.append(math.log(there / row.absent) / math.log(row.least / row.absent))
-            else:
-                parts.append((there - row.absent) / (row.least - row.absent))
-    return math.hypot(*parts) if parts else None
-
-
-def first_single(summary: Summary) -> str | None:
-    """The best of the ranked models with one effect."""
-    singles = [row for row in summary.ranking if row.name != BASELINE and JOINT not in row.name]
-    return max(singles, key=lambda row: row.gain).name if singles else None
-
-
-def least_misfit(summary: Summary) -> tuple[str, ...]:
-    """Effects of the ranked model with the least misfit on what was fitted: what plain error would name."""
-    best = min(summary.ranking, key=lambda row: row.misfit, default=None)
-    return () if best is None or best.name == BASELINE else tuple(sorted(best.name.split(JOINT)))
 
 
 def _true(true: Mapping[str, Mapping[str, float]], effect: str, parameter: str) -> float | None:

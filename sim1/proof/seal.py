@@ -12,7 +12,7 @@ from sim1.mismatch.strict_json import Strict
 from sim1.stage import BadInput
 
 NAME = "commitments.jsonl"
-FILMS = "bundles/"  # below a campaign's folder
+FILMS = ("bundles/", "unseen/")  # below a campaign's folder
 LIST = "list"  # what the commitment to the drawn list is called
 
 
@@ -92,8 +92,8 @@ def check(root: Path, commitment: Commitment) -> None:
             raise BadInput(f"{path}: committed to at {commitment.at} and gone")
         if sha256_of(path) != hashed:
             raise BadInput(f"{path}: changed since it was committed to at {commitment.at}; its SHA-256 was {hashed}")
-    film = root / FILMS / commitment.of
-    for path in sorted(film.rglob("*")) if covers_films(commitment) else ():
+    folders = [root / films / commitment.of for films in FILMS] if covers_films(commitment) else []
+    for path in sorted(path for folder in folders for path in folder.rglob("*")):
         if path.is_file() and path.relative_to(root).as_posix() not in commitment.sha256:
             raise BadInput(f"{path}: came after the film was committed to at {commitment.at}; remove it")
 

@@ -8,6 +8,7 @@ from scipy.stats import binomtest
 from sim1.mismatch.strict_json import Strict
 from sim1.proof.score import Number, Outcome
 
+WORSE = 0.02  # of the baseline's error: a rise beyond it is told
 NAMELESS = ("none", "unknown", "ambiguous", "failed")  # columns of the confusion matrix that are no names
 
 
@@ -52,6 +53,13 @@ class Totals(Strict):
     place_auc: float | None  # median, where force is local
     gap_closed: float | None  # median share of the oracle's gain held out; None: of no case known
     gaps: int  # cases in which there was one to close
+    unseen_ratio: (
+        float | None
+    )  # the same motions' error after over before, median where effects of the table were concealed
+    unseen_cases: int
+    unseen_gap_closed: float | None
+    unseen_gaps: int
+    unseen_worse: tuple[str, ...]  # cases, whatever was concealed, in which it rose by more than `WORSE`
     worst_heldout: Extreme | None  # None: it got worse nowhere
     median_seconds: float | None
     failed: int
@@ -86,6 +94,8 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
     fabric = [n for o in outcomes if o.found for n in o.found.fabric.values()]
     places = [o.found.place_auc for o in outcomes if o.found and o.found.place_auc is not None]
     gaps = [one.gap_closed for one in outcomes if one.gap_closed is not None]
+    unseen = [o.unseen_mm for o in (*singles, *several) if _known(o)]
+    unseen_gaps = [one.unseen_gap_closed for one in outcomes if one.unseen_gap_closed is not None]
     named_nulls = [o for o in nulls if o.named]
     false = [name for o in named_nulls for name in o.named]
     return Totals(
@@ -111,10 +121,20 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
         place_auc=_median(places),
         gap_closed=_median(gaps),
         gaps=len(gaps),
+        unseen_ratio=_median([after / before for before, after in unseen]),
+        unseen_cases=len(unseen),
+        unseen_gap_closed=_median(unseen_gaps),
+        unseen_gaps=len(unseen_gaps),
+        unseen_worse=tuple(o.case for o in outcomes if _known(o) and o.unseen_mm[1] > (1.0 + WORSE) * o.unseen_mm[0]),
         worst_heldout=_worst(outcomes),
         median_seconds=_median([o.seconds for o in outcomes]),
         failed=sum(o.verdict == "failed" for o in outcomes),
     )
+
+
+def _known(outcome: Outcome) -> bool:
+    """Whether motions that no diagnosis was given were foretold before and after."""
+    return outcome.unseen_mm is not None and None not in outcome.unseen_mm
 
 
 def _over(outcome: Outcome, least: float = 0.0, most: float = np.inf) -> bool:

@@ -18,7 +18,7 @@ if sys.argv[1] == "list":
     sys.exit()
 parser = argparse.ArgumentParser()
 parser.add_argument("--effect", action="append")
-for name in ("bundle", "answers", "strength", "seed"):
+for name in ("bundle", "held-out", "answers", "strength", "seed"):
     parser.add_argument("--" + name)
 asked = parser.parse_args(sys.argv[2:])
 with open(NOTES, "a") as notes:
@@ -29,7 +29,12 @@ effects = [name for name in asked.effect if name != "none"]
 bundle, answers = pathlib.Path(asked.bundle), pathlib.Path(asked.answers)
 bundle.mkdir(parents=True, exist_ok=True)
 (bundle / "bundle.yaml").write_text("looks: " + "+".join(effects))
-np.savez(answers.with_suffix(".npz"), **{"a/stamps_s": np.arange(4.0), "a/missing_n_m2": np.eye(4) * len(effects)})
+unseen = pathlib.Path(asked.held_out)
+unseen.mkdir(parents=True, exist_ok=True)
+(unseen / "bundle.yaml").write_text("looks: " + "+".join(effects))
+arrays = {"a/stamps_s": np.arange(4.0), "a/missing_n_m2": np.eye(4) * len(effects)}
+arrays |= {"u/truth_s": np.arange(4) / 60, "u/truth_m": np.zeros((4, 2, 3))}
+np.savez(answers.with_suffix(".npz"), **arrays)
 answers.write_text(json.dumps({
     "case": {"effects": effects, "strength": asked.strength, "seed": int(asked.seed)},
     "effects": [{"name": n, "parameters": {"c": 2.0}, "named_by_format": n not in ("magnet", "fan_jet")} for n in effects],
@@ -67,23 +72,39 @@ scalars = {n: {"value": 0.3, "ci95": None} for n in ("area_density_kg_m2", "thic
 scalars["poisson"] = {"value": 0.4, "ci95": [0.35, 0.45]}
 friction = {n: {"value": 0.4, "ci95": None} for n in ("table", "robot", "self")}
 (out / "model.yaml").write_text(json.dumps({"schema": "sim1.model/1", **scalars, "friction": friction, "effects": []}))
+(out / "baseline.yaml").write_text((out / "model.yaml").read_text())
 np.savez(out / "forces.npz", **{"a/time_s": np.arange(4.0), "a/force_n": np.eye(4)[..., None] * np.ones(3)})
 (out / "report.html").write_text("<p>made up</p>")
 print("done")
 """
 
+PREDICTION = """
+import json, pathlib, sys
+import pandas as pd
+unseen, model, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[3]), pathlib.Path(sys.argv[5])
+with open(NOTES, "a") as notes:
+    notes.write(json.dumps({"who": "prediction", "argv": sys.argv[1:]}) + "\\n")
+if "adhesion" in (unseen / "bundle.yaml").read_text():
+    sys.exit("it sticks")
+off_m = 0.004 if model.name == "baseline.yaml" else 0.001  # of truths at the origin
+rows = [("u", frame / 60, marker, off_m, off_m, off_m) for frame in range(4) for marker in range(2)]
+pd.DataFrame(rows, columns=["recording", "time_s", "marker", "x_m", "y_m", "z_m"]).to_parquet(out)
+"""
 
-def write_programs(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Commands of laboratory and diagnosis, which take their notes in `folder`; the diagnosis waits while `folder/slow` is there."""
-    for name, text in (("laboratory", LABORATORY), ("diagnosis", DIAGNOSIS)):
+PROGRAMS = {"laboratory": LABORATORY, "diagnosis": DIAGNOSIS, "prediction": PREDICTION}
+
+
+def write_programs(folder: Path) -> dict[str, tuple[str, ...]]:
+    """Commands of the `PROGRAMS`, which take their notes in `folder`; the diagnosis waits while `folder/slow` is there."""
+    for name, text in PROGRAMS.items():
         places = f"NOTES, SLOW = {str(folder / 'notes.jsonl')!r}, {str(folder / 'slow')!r}\n"
         (folder / f"{name}.py").write_text(places + text)
-    return (sys.executable, str(folder / "laboratory.py")), (sys.executable, str(folder / "diagnosis.py"))
+    return {name: (sys.executable, str(folder / f"{name}.py")) for name in PROGRAMS}
 
 
 def campaign(folder: Path, cases: tuple[Case, ...], tell=lambda line: None, parallel: int = 1) -> Campaign:
     """A campaign of chosen cases in `folder/out`, laboratory and diagnosis as above; one that is there goes on."""
-    laboratory, diagnosis = write_programs(folder)
+    programs = write_programs(folder)
     package = folder / "code" / "mismatch"
     package.mkdir(parents=True, exist_ok=True)
     if not (package / "a.py").exists():
@@ -92,12 +113,13 @@ def campaign(folder: Path, cases: tuple[Case, ...], tell=lambda line: None, para
     chosen = folder / "cases.yaml"
     chosen.write_text(json.dumps([case.model_dump() for case in cases]))
     wish = Wish() if files.drawn.exists() else Wish(cases_file=chosen)
-    drawn: Drawn = open_campaign(files, wish, laboratory, folder, code_sha256(folder / "code"))
+    drawn: Drawn = open_campaign(files, wish, programs["laboratory"], folder, code_sha256(folder / "code"))
     return Campaign(
         files=files,
         drawn=drawn,
         home=folder,
-        diagnose=diagnosis,
+        diagnose=programs["diagnosis"],
+        predict=programs["prediction"],
         environment={},
         package=folder / "code",
         tell=tell,
@@ -105,8 +127,8 @@ def campaign(folder: Path, cases: tuple[Case, ...], tell=lambda line: None, para
     )
 
 
-def notes(folder: Path, who: str) -> list[dict]:
-    """How laboratory or diagnosis were called, in the order of the calls."""
+def notes(folder: Path, who: str | None = None) -> list[dict]:
+    """How one of the programs was called, or all of them, in the order of the calls."""
     path = folder / "notes.jsonl"
     lines = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    return [line for line in lines if line["who"] == who]
+    return [line for line in lines if who in (None, line["who"])]

@@ -10,6 +10,7 @@ import time
 from datetime import datetime
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from proof_stand_ins import campaign, notes
 
@@ -44,6 +45,13 @@ def test_what_is_concealed_is_named_scored_and_shown(tmp_path):
     page = (tmp_path / "out" / "proof.html").read_text()
     assert 'href="found/case_001/report.html"' in page
     assert "adhesion + wind" in page
+    assert [one.unseen_mm for one in proof.outcomes] == [
+        (pytest.approx(4.0), pytest.approx(1.0)),
+        (None, None),  # its prediction fails: not known, and no fault of the diagnosis
+        (pytest.approx(4.0), pytest.approx(1.0)),
+        (pytest.approx(4.0), pytest.approx(1.0)),
+    ]
+    assert "case_002: model.yaml foretells no motion: ended with 1: it sticks" in said
     assert any("case_001: named air_drag in" in line and "concealed was air_drag: right" in line for line in said)
 
 
@@ -60,8 +68,8 @@ def test_answers_are_committed_to_before_the_diagnosis_begins_and_the_list_befor
     assert [line["of"] for line in lines] == ["list", "case_001", "case_002"]
     for line, call in zip(lines[1:], notes(tmp_path, "diagnosis"), strict=True):
         assert datetime.fromisoformat(line["at"]).timestamp() <= call["at"]
-        films = f"bundles/{line['of']}/bundle.yaml"
-        assert set(line["sha256"]) == {f"answers/{line['of']}.json", f"answers/{line['of']}.npz", films}
+        films = {f"{folder}/{line['of']}/bundle.yaml" for folder in ("bundles", "unseen")}
+        assert set(line["sha256"]) == {f"answers/{line['of']}.json", f"answers/{line['of']}.npz"} | films
 
 
 def test_the_diagnosis_is_given_the_bundle_alone_and_its_name_says_nothing(tmp_path):
@@ -73,6 +81,17 @@ def test_the_diagnosis_is_given_the_bundle_alone_and_its_name_says_nothing(tmp_p
         assert call["argv"][2].startswith(str(out / "found" / f".case_{number:03d}."))
         assert call["cwd"] == bundle
     assert [path.name for path in (out / "bundles" / "case_001").iterdir()] == ["bundle.yaml"]
+
+
+def test_motions_that_the_diagnosis_is_not_given_are_foretold_by_both_of_its_models_afterwards(tmp_path):
+    work = campaign(tmp_path, (DRAG,))
+    prove(work)
+    unseen, found = work.files.unseen("case_001"), work.files.found("case_001")
+    diagnosis, *predictions = [line for line in notes(tmp_path) if line["who"] != "laboratory"]
+    assert not any("unseen" in word for word in diagnosis["argv"])
+    assert [(call["who"], call["argv"][:3]) for call in predictions] == [
+        ("prediction", [str(unseen), "--model", str(found / f"{model}.yaml")]) for model in ("baseline", "model")
+    ]
 
 
 def test_wrong_answers_planted_beside_the_bundle_change_nothing(tmp_path):
@@ -104,6 +123,10 @@ def test_a_second_name_that_motion_held_out_decided_for_is_marked_on_the_page_an
 
 
 FILMS = {
+    "not given": (
+        lambda bundle: _swap_film(bundle.parents[1] / "unseen" / "case_001"),
+        r"unseen/case_001/bundle.yaml: changed since it was committed to",
+    ),
     "changed": (_swap_film, r"bundles/case_001/bundle.yaml: changed since it was committed to"),
     "added": (
         lambda bundle: (bundle / "more.yaml").write_text("{}"),
@@ -131,7 +154,7 @@ def test_cases_that_earlier_code_committed_to_by_their_answers_alone_are_read_an
     lines = [json.loads(line) for line in path.read_text().splitlines()]
     for line in lines:
         if line["of"] == "case_001":
-            line["sha256"] = {name: one for name, one in line["sha256"].items() if not name.startswith("bundles/")}
+            line["sha256"] = {name: one for name, one in line["sha256"].items() if name.startswith("answers/")}
     path.write_text("".join(json.dumps(line) + "\n" for line in lines))
     proof = rewrite(work.files)
     assert [one.case for one in proof.outcomes] == ["case_001", "case_002"]
@@ -308,16 +331,25 @@ def test_the_oracle_is_asked_once_of_what_has_effects_of_the_table_and_was_diagn
 
     def told(bundle, effects, fabric):
         asked.append((bundle.name, sorted(effects), fabric))
-        return 0.0005 if "air_drag" in effects else None  # the pair finds no way
+        return (0.0005, "the model") if "air_drag" in effects else (None, None)  # the pair finds no way
+
+    def foretold(bundle, model):
+        assert (bundle, model) == (made.files.unseen("case_001"), "the model")
+        at_origin_m = 0.0004
+        rows = [("u", frame / 60, marker, *[at_origin_m] * 3) for frame in range(4) for marker in range(2)]
+        return pd.DataFrame(rows, columns=["recording", "time_s", "marker", "x_m", "y_m", "z_m"])
 
     monkeypatch.setattr("sim1.proof.oracle.read_bundle", lambda path: path)
     monkeypatch.setattr("sim1.proof.oracle.heldout_m", told)
+    monkeypatch.setattr("sim1.mismatch.predict.predict", foretold)
     for _ in range(2):
         ask_oracle(made.files, outcomes, said.append)
     assert asked == [("case_001", ["air_drag"], {"poisson": 0.3}), ("case_005", ["adhesion", "wind"], {"poisson": 0.3})]
     scored = {one.case: one for one in rewrite(made.files).outcomes}
     assert scored["case_001"].oracle_mm == pytest.approx(0.5)
     assert scored["case_001"].gap_closed == pytest.approx((2.0 - 1.0) / (2.0 - 0.5))
-    assert scored["case_005"].oracle_mm is None
+    assert scored["case_001"].oracle_unseen_mm == pytest.approx(0.4)
+    assert scored["case_001"].unseen_gap_closed == pytest.approx((4.0 - 1.0) / (4.0 - 0.4))
+    assert (scored["case_005"].oracle_mm, scored["case_005"].oracle_unseen_mm) == (None, None)
     assert "oracle 0.50" in (tmp_path / "out" / "proof.html").read_text()
     assert said[-1] == "case_005: no simulation of the oracle found its way; 2 of 2 asked"

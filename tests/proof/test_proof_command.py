@@ -23,7 +23,7 @@ def test_without_a_campaign_it_asks_what_to_draw(tmp_path):
 
 
 def test_a_command_films_commits_and_starts_the_real_diagnosis_which_refuses_a_bundle_that_is_none(tmp_path):
-    laboratory, _ = write_programs(tmp_path)
+    laboratory = write_programs(tmp_path)["laboratory"]
     (tmp_path / "cases.yaml").write_text("- {effects: [none], seed: 7}\n")
     words = ("--cases-file", tmp_path / "cases.yaml", "--laboratory", shlex.join(laboratory), "--out", tmp_path / "out")
     said = prove(*words, "--only-films")

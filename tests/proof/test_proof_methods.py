@@ -6,7 +6,7 @@ from test_proof_score import outcome
 from sim1.mismatch.summary import Ranked
 from sim1.proof.files import Baselines, Generic, Sparse
 from sim1.proof.methods import commonest, methods_of
-from sim1.proof.score import least_misfit
+from sim1.proof.ranking import least_misfit
 
 
 def with_baselines(one, named, sindy_mm=1.0, residual_mm=1.5):

@@ -8,7 +8,8 @@ import pytest
 from sim1.mismatch.summary import Shown
 from sim1.proof.page import said
 from sim1.proof.place import place_auc
-from sim1.proof.score import Found, Number, Outcome, is_right, over_limit
+from sim1.proof.ranking import over_limit
+from sim1.proof.score import Found, Number, Outcome, is_right
 from sim1.proof.totals import confusion_of, share_of, totals_of
 
 

@@ -1,0 +1,51 @@
+"""Motions that no diagnosis was given, foretold from their start and their drives; how they went is in the answers alone.
+
+The recording that a diagnosis holds out may decide between its models, so that the error there is no test of that choice. These are.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from sim1.stage import BadInput
+
+MODELS = ("baseline", "model")  # files of a diagnosis, before and after what was added
+
+
+def off_mm(foretold: Path, answers: Mapping[str, np.ndarray]) -> float | None:
+    """Error of predictions as `sim1 predict` writes them, root mean square per coordinate [mm], from 0 s to the end; None: there are none.
+
+    `answers` holds `NAME/truth_s` (T,) and `NAME/truth_m` (T, M, 3), without noise, markers in the order of their numbers.
+
+    Raises:
+        BadInput: the predictions are damaged, or of other motions, instants or markers.
+    """
+    if not foretold.is_file():
+        return None
+    try:
+        table = pd.read_parquet(foretold)
+        return 1e3 * off_m(table, answers)
+    except (OSError, ValueError, KeyError) as error:  # pyarrow's errors are ValueErrors
+        raise BadInput(f"{foretold}: no predictions of the motions in the answers ({error}); remove it") from error
+
+
+def off_m(table: pd.DataFrame, answers: Mapping[str, np.ndarray]) -> float:
+    """The same of a table with recording, time_s, marker, x_m, y_m, z_m [m].
+
+    Raises:
+        KeyError: a motion that the answers do not hold.
+        ValueError: other instants or markers than theirs.
+    """
+    squares = []
+    for name, rows in table.groupby("recording"):
+        time_s, truth_m = answers[f"{name}/truth_s"], answers[f"{name}/truth_m"]
+        rows = rows.sort_values(["time_s", "marker"])
+        instants, count = np.unique(rows["time_s"]), rows["marker"].nunique()
+        both = min(len(instants), len(time_s))
+        if count != truth_m.shape[1] or len(rows) != len(instants) * count or not np.allclose(instants[:both], time_s[:both], atol=1e-6):  # fmt: skip
+            raise ValueError(f"{name}: {len(rows)} rows, {len(instants)} instants and {count} markers, the answers have {truth_m.shape[:2]}")  # fmt: skip
+        found_m = rows[["x_m", "y_m", "z_m"]].to_numpy().reshape(len(instants), count, 3)
+        squares.append(np.square(found_m[:both] - truth_m[:both]).ravel())
+    return float(np.sqrt(np.concatenate(squares).mean()))
