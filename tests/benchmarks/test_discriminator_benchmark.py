@@ -3,24 +3,18 @@
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from benchmarks import discriminator
-from benchmarks.discriminator import (
-    accepted_by_class,
-    among,
-    figures_of,
-    judged,
-    pooled,
-    run_turn,
-    turn_by_garment,
-    turns_by_fold,
-)
+from benchmarks.discriminator import turns as benchmark
+from benchmarks.discriminator.episodes import judged
+from benchmarks.discriminator.figures import accepted_by_class, figures_of
+from benchmarks.discriminator.turns import among, pooled, run_turn, turn_by_garment, turns_by_fold
 from pipeline.home import REPOSITORY
 from sim1.robot.expert_task import Limits
 from sim1.stage import BadInput
 from sim1.validity.parts import LabelledClip
-from sim1.validity.stage import VideoDiscriminatorConfig
+from sim1.validity.stage import StateRulesConfig, VideoDiscriminatorConfig
 from sim1.validity.success import fold_excess
 
 CONFIG = VideoDiscriminatorConfig(width=16, layer_count=1, step_count=12, learning_rate=1e-3)
@@ -134,8 +128,14 @@ def test_what_the_judge_said_of_a_clip_is_read_by_its_name_and_told_class_by_cla
 
     names = np.array(list(verdicts))
     accepted = np.array([True, False, True, False])
-    tested = discriminator.Tested(
-        name=names, success=names == "demo/0000", family=names, precise=accepted, generous=accepted, roc_area=(0.9,)
+    tested = benchmark.Tested(
+        name=names,
+        success=names == "demo/0000",
+        family=names,
+        precise=accepted,
+        generous=accepted,
+        rules=names != "candidate/0001",
+        roc_area=(0.9,),
     )
     assert accepted_by_class(tested, verdicts) == {
         "folded": (1, 1),
@@ -146,3 +146,20 @@ def test_what_the_judge_said_of_a_clip_is_read_by_its_name_and_told_class_by_cla
     clear = among(tested, {"demo/0000", "candidate/0000"})
     assert figures_of(clear)["generous"]["precision"]["of"] == 1
     assert figures_of(clear)["failure_count"] == 1
+    assert figures_of(tested)["rules"]["precision"] == {"count": 1, "of": 3, "ci95": pytest.approx([0, 1], abs=0.4)}
+    assert figures_of(tested)["both"]["precision"]["of"] == 1
+
+
+def test_rules_are_learned_from_all_clips_but_those_that_test():
+    some = clips("towel")
+    area = {clip.name: {"end.covered_share": 0.4 if clip.success else 0.9, "end.odd": 0.0} for clip in some}
+    turns, _ = turns_by_fold("towel", some, 4)
+    learned = pd.DataFrame.from_dict(area, orient="index")
+    for turn in turns:
+        admitted = benchmark.admitted(turn, learned, StateRulesConfig())
+        assert admitted.tolist() == [clip.success for clip in turn.test]
+        lie = learned.copy()  # what tests is turned round: rules that had seen it would follow
+        lie.loc[[clip.name for clip in turn.test], "end.covered_share"] = [
+            0.9 if clip.success else 0.4 for clip in turn.test
+        ]
+        assert benchmark.admitted(turn, lie, StateRulesConfig()).tolist() == [not clip.success for clip in turn.test]
