@@ -27,7 +27,7 @@ from sim1.scene.description import Scene, read_scene
 from sim1.stage import BadInput, Inputs, only, random_stream
 from sim1.validity.clips import head_clip, write_clip
 from sim1.validity.raster import in_view_share
-from sim1.validity.success import judge
+from sim1.validity.success import CUT_SHORT, judge
 
 if TYPE_CHECKING:
     from sim1.motion.stage import CandidateTrajectoriesConfig
@@ -180,7 +180,7 @@ def facts(rows: list[Row]) -> dict[str, Any]:
         "of_unperturbed": len(meant),
         "perturbed_count": len(rows) - len(meant),
         "perturbed_success_count": sum(row["success"] for row in rows if row["perturbed"]),
-        "negative_examples": sum(not row["success"] for row in rows if row["ran"])
+        "negative_examples": sum(not row["success"] for row in rows if row["ran"] and row["failure"] not in CUT_SHORT)
         or "none: the filters see no failure",
         "failures": [{"class": name, "count": count} for name, count in sorted(failures.items())],
     }

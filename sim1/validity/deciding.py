@@ -25,6 +25,7 @@ from sim1.validity.outcomes import draw_outcomes
 from sim1.validity.pictures import draw_decisions
 from sim1.validity.raster import render_head_view
 from sim1.validity.rules import Rules, read_rules
+from sim1.validity.success import CUT_SHORT
 from sim1.validity.watching import Discriminator, read_discriminator
 
 if TYPE_CHECKING:
@@ -125,11 +126,11 @@ def decision(attempt: dict[str, Any], folder: Path, filters: Filters) -> dict[st
 
 
 def compared_filters(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """State rules alone, video alone and both, against the judge, over the attempts that ran: one row each.
+    """State rules alone, video alone and both, against the judge, over the attempts that ran to their end: one row each.
 
     On attempts that the filters learned from, as the stage's are, this flatters them. Precision: of what is admitted, the share that did the task. Recall: of what did the task, the share that is admitted.
     """
-    ran = [row for row in rows if row["ran"]]
+    ran = [row for row in rows if row["ran"] and row["failure"] not in CUT_SHORT]
     passes = {"state rules alone": [row["rules_pass"] for row in ran]}
     if ran and not ran[0]["video_abstains"]:
         video = [row["video_pass"] for row in ran]

@@ -14,6 +14,7 @@ from sim1.progress import track
 from sim1.robot.expert_task import find_keypoints, read_task
 from sim1.stage import BadInput
 from sim1.validity.features import Reference
+from sim1.validity.success import CUT_SHORT
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +30,9 @@ class Example:
 
 
 def read_examples(demos: Path, candidates: Path, what: str) -> Iterator[Example]:
-    """Episodes of both one by one, demonstrations first, with progress on `what`: all of them together fill a memory.
+    """Episodes of both that were carried out to their end (`CUT_SHORT`), demonstrations first, with progress on `what`.
+
+    One by one, as all of them together fill a memory.
 
     Raises:
         BadInput: an episode is damaged, or a candidate does not say which demonstrations it is made of.
@@ -37,7 +40,9 @@ def read_examples(demos: Path, candidates: Path, what: str) -> Iterator[Example]
     folders = [("demo", folder) for folder in episode_folders(demos)]
     folders += [("candidate", folder) for folder in episode_folders(candidates)]
     for kind, folder in track(folders, what):
-        yield _example(kind, folder)
+        example = _example(kind, folder)
+        if example.episode.about.get("failure") not in CUT_SHORT:
+            yield example
 
 
 def _example(kind: str, folder: Path) -> Example:

@@ -20,6 +20,9 @@ type Failure = Literal[
     "simulation broke",
     "off the table",
 ]
+# Runs that were not carried out to their end. They fail whatever the garment looks like by then, often well folded with an arm that
+# does not find home: to filters that look at the garment alone, they would be folded garments called failures.
+CUT_SHORT = frozenset({"unreachable", "too fast", "no source motion", "simulation broke"})
 PIXEL_M = 0.004
 LAST_FRAMES = 10  # a third of a second
 _TINY = 1e-12  # a limit of nothing has no shares

@@ -82,6 +82,22 @@ def test_left_out_figures_leave_out_a_demonstration_with_all_that_descends_from_
     assert admitted <= 6
 
 
+def test_nothing_is_learned_from_runs_that_an_arm_cut_short_however_well_the_garment_lies(tmp_path):
+    inputs = make_artifacts(tmp_path, [1.0, 0.99], [1.0, 0.99, 0.5])
+    candidates = inputs["candidate_trajectories"]["sheet"]
+    cut = json.loads((candidates / "episodes/0001/episode.json").read_text())
+    cut |= {"success": False, "failure": "unreachable"}
+    (candidates / "episodes/0001/episode.json").write_text(json.dumps(cut))
+    run(state_rules, inputs, tmp_path / "out", StateRulesConfig())
+    features = pd.read_parquet(tmp_path / "out" / "features.parquet").set_index("example")
+    assert features.success.to_dict() == {
+        "demo/0000": True,
+        "demo/0001": True,
+        "candidate/0000": True,
+        "candidate/0002": False,
+    }
+
+
 def test_what_nothing_succeeded_without_is_not_judged_rather_than_rejected(tmp_path):
     """All that succeeds descends from the one demonstration, as at the size `quick`."""
     inputs = make_artifacts(tmp_path, [1.0], [1.0, 0.97, 0.45])
@@ -315,7 +331,9 @@ def test_stages_write_the_same_bytes_again(world, tmp_path):
 def test_filters_are_compared_with_the_judge_one_by_one_and_together():
     columns = ("ran", "success", "rules_pass", "video_pass")
     table = [(1, 1, 1, 1), (1, 1, 1, 0), (1, 1, 0, 1), (1, 0, 1, 0), (1, 0, 0, 0), (0, 0, 0, 0)]
-    rows = [dict(zip(columns, map(bool, row), strict=True)) | {"video_abstains": False} for row in table]
+    rows = [dict(zip(columns, map(bool, row), strict=True)) | {"failure": None} for row in table]
+    rows.append(rows[3] | {"video_pass": True, "failure": "unreachable"})  # an arm's failure, which no garment shows
+    rows = [row | {"video_abstains": False} for row in rows]
     found = {row["filter"]: (row["precision"], row["recall"]) for row in compared_filters(rows)}
     starts = {name: (one.split(" =")[0], two.split(" =")[0]) for name, (one, two) in found.items()}
     assert starts == {
