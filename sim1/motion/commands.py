@@ -14,8 +14,19 @@ if TYPE_CHECKING:
     from sim1.robot.kinematics import Arm
     from sim1.scene.description import Scene
 
-POSITION_TOLERANCE_M = 1e-3  # at a joint's limit a tool may be off by what a real arm is off anyway
-ROTATION_TOLERANCE_RAD = 0.02
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerance:
+    """How far a tool may pass beside a pose where a joint is at its limit."""
+
+    position_m: float
+    rotation_rad: float
+
+
+HANDLING = Tolerance(position_m=1e-3, rotation_rad=0.02)  # what a real arm is off anyway
+FREE = Tolerance(
+    position_m=0.02, rotation_rad=0.25
+)  # with open fingers above the cloth; what comes of it is simulated and judged
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,12 +47,13 @@ class Arms:
         """Where the tools are for joints (n, 2, 6)."""
         return from_joints(joints_rad, openness, self.arm, self.bases_to_world)
 
-    def joints_for(self, path: ToolPath, start_rad: np.ndarray) -> np.ndarray:
+    def joints_for(self, path: ToolPath, start_rad: np.ndarray, tolerance: Tolerance = HANDLING) -> np.ndarray:
         """Joint angles (n, 2, 6) that follow `path`, each frame starting from the one before.
 
         Args:
             path: n frames.
             start_rad: (2, 6) angles before the first frame.
+            tolerance: where joints are within their limits, poses are met to far less.
 
         Raises:
             Unreachable: a pose is out of reach or needs joints beyond their limits.
@@ -57,8 +69,8 @@ class Arms:
                     targets[frame, side],
                     angles,
                     restart_count=0,
-                    position_tolerance_m=POSITION_TOLERANCE_M,
-                    rotation_tolerance_rad=ROTATION_TOLERANCE_RAD,
+                    position_tolerance_m=tolerance.position_m,
+                    rotation_tolerance_rad=tolerance.rotation_rad,
                 )
                 joints[frame, side] = angles
         return joints

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from sim1.episode import RATE_HZ
-from sim1.motion.commands import Arms
+from sim1.motion.commands import FREE, Arms
 from sim1.motion.model import MotionModel, sliced, transition
 from sim1.motion.placement import planar, random_placement
 from sim1.motion.pool import Segment, by_demo
@@ -146,7 +146,7 @@ class Follower:
             else:
                 path = transition(model, history, coming(target), steps, rng)[1:-1]
             try:
-                joints = self.arms.joints_for(path, self.joints_rad)
+                joints = self.arms.joints_for(path, self.joints_rad, FREE)
             except Unreachable:
                 if trial + 1 == TRANSITION_TRIALS:
                     raise
