@@ -5,7 +5,7 @@ reads what the store holds of `seed_demos` and `candidate_trajectories`. Each ga
 in turn one fold tests, the next sets the thresholds, the others train, so that every clip is tested once by a network that saw
 nothing of its demonstrations. Rules are learned from all but the fold that tests. With several garments, each is tested besides by a network that
 learned from the others alone; rules measure a garment by its own keypoints and do not carry over.
-Each row is told once more for the clips that are clear: whose worst figure lies at least a fifth of its limit from the judge's line.
+Each row is told once more for the clips that are clear: whose worst figure lies at least a tenth of its limit from the judge's line.
 """
 
 import json
@@ -24,7 +24,7 @@ from benchmarks.discriminator.turns import RECALL, Tested, among, pooled, run_tu
 from pipeline import Home, load_graph
 from sim1.validity.stage import VideoDiscriminatorConfig
 
-CLEAR = 0.2  # of the limit of a fold's worst figure: farther from the judge's line a person needs no ruler either
+CLEAR = 0.1  # of the limit of a fold's worst figure: farther from the judge's line a person needs no ruler either
 type Verdicts = dict[str, tuple[str | None, float]]
 
 
