@@ -1,4 +1,4 @@
-"""The video discriminator: ResNet-18 features of every frame, a transformer over time, one score a clip.
+"""The video discriminator: ResNet-18 features of every frame, a transformer over time, its output at the last frame as score.
 
 Source: paper, section DataGen, validity checking. Trained from scratch: pictures of a rasteriser are not photographs.
 """
@@ -41,8 +41,10 @@ class VideoDiscriminator(nn.Module):
         features[valid] = self.frames(2 * video[valid] - 1)
         features = features + positions(length, features.shape[-1])
         encoded = self.encoder(features, src_key_padding_mask=~valid)
-        share = valid.float() / valid.sum(dim=1, keepdim=True)
-        return self.head((encoded * share[..., None]).sum(dim=1))[:, 0]
+        # Whether it is folded is seen at the end. A mean over frames had to find that out: on unseen demonstrations of the towel the
+        # area under the ROC curve rose from 0.47 to 0.87 with it to 0.79 to 0.86 (docs/results.md).
+        last = valid.shape[1] - 1 - valid.flip(1).int().argmax(dim=1)
+        return self.head(encoded[torch.arange(count), last])[:, 0]
 
 
 def positions(length: int, width: int) -> Tensor:

@@ -26,7 +26,7 @@ from sim1.validity.scoring import scores, train_discriminator
 if TYPE_CHECKING:
     from sim1.validity.stage import VideoDiscriminatorConfig
 
-SCHEMA = "sim1.video-discriminator/1"
+SCHEMA = "sim1.video-discriminator/2"
 PARTS = ("train", "calibration", "test")
 LOOKS_AT = ("frame_count", "frame_width", "frame_height")  # of a clip: how many frames, and their size in px
 RATE_HZ = 10.0  # of the demonstrations' clips, before frames are picked

@@ -49,6 +49,26 @@ def test_the_order_of_frames_matters():
     assert forth != pytest.approx(back, abs=1e-6)
 
 
+class NoAttention(torch.nn.Module):
+    def forward(self, features, src_key_padding_mask):
+        return features
+
+
+def test_the_score_is_read_at_the_last_frame_that_is_no_padding():
+    torch.manual_seed(0)
+    network = VideoDiscriminator(32, 1).eval()
+    network.encoder = NoAttention()  # what a frame's output is then is of that frame alone
+    one, other, last = np.random.default_rng(0).integers(0, 255, (3, 32, 32, 3)).astype(np.uint8)
+    clip, unlike_before, unlike_at_the_end = (
+        np.stack(frames) for frames in ([one, one, last], [other, other, last], [one, one, other])
+    )
+    with torch.no_grad():
+        video, valid = padded([clip, unlike_before, unlike_at_the_end, np.stack([one] * 5)])
+        first, second, third, _ = network(video, valid)
+    torch.testing.assert_close(first, second)
+    assert abs(float(first - third)) > 1e-6
+
+
 def test_every_position_has_its_own_code():
     table = positions(50, 32)
     distance = torch.cdist(table, table) + 10 * torch.eye(50)
