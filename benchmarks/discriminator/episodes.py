@@ -16,7 +16,7 @@ from sim1.validity.features import episode_features
 from sim1.validity.parts import LabelledClip
 from sim1.validity.raster import render_head_view
 from sim1.validity.stage import VideoDiscriminatorConfig
-from sim1.validity.success import fold_excess
+from sim1.validity.success import CUT_SHORT, fold_excess
 
 NEEDED = ("seed_demos", "candidate_trajectories", "garment_mesh", "scene")
 
@@ -49,7 +49,6 @@ def judged(demos: Path, candidates: Path) -> dict[str, tuple[str | None, float]]
     for kind, folder in (("demo", demos), ("candidate", candidates)):
         for episode in episode_folders(folder):
             about = json.loads((episode / "episode.json").read_text())
-            figures = about["figures"]
-            excess = fold_excess(figures, limits) if figures else np.inf  # no figures: the simulation broke
-            found[f"{kind}/{episode.name}"] = (about["failure"], excess)
+            if about["failure"] not in CUT_SHORT:  # of which there are no clips, and of the judge no figures
+                found[f"{kind}/{episode.name}"] = (about["failure"], fold_excess(about["figures"], limits))
     return found

@@ -17,13 +17,16 @@ FILTERS = {  # what each accepts
 
 
 def figures_of(tested: Tested) -> dict[str, Any]:
-    """Counts, ROC areas, and precision and recall of each filter, with intervals over families."""
+    """Counts, ROC areas, and precision and recall of each filter, None of those that need rules where there are none, with intervals over families."""
     found: dict[str, Any] = {
         "success_count": int(tested.success.sum()),
         "failure_count": int((~tested.success).sum()),
         "roc_area": [round(area, 4) for area in tested.roc_area],
     }
     for name, accepts in FILTERS.items():
+        if tested.rules is None and name in ("rules", "both"):
+            found[name] = None
+            continue
         taken = accepts(tested)
         found[name] = {
             "precision": _share(tested.success[taken], tested.family[taken]),
@@ -51,6 +54,8 @@ def _share(wins: np.ndarray, family: np.ndarray) -> dict[str, Any]:
     }
 
 
-def told(filtered: dict[str, Any]) -> str:
+def told(filtered: dict[str, Any] | None) -> str:
     """Precision and recall as a cell of a table."""
+    if filtered is None:
+        return "-"
     return "; ".join(describe_share(one["count"], one["of"], tuple(one["ci95"])) for one in filtered.values())

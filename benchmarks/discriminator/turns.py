@@ -10,12 +10,20 @@ from sim1.motion.likeness.classifier import area_under_roc
 from sim1.motion.likeness.families import families
 from sim1.stage import BadInput, random_stream
 from sim1.validity.evidence import threshold_for
+from sim1.validity.learning import learned
 from sim1.validity.parts import LabelledClip, deal
-from sim1.validity.rules import admissible, learn_rules
+from sim1.validity.rules import admissible
 from sim1.validity.stage import StateRulesConfig, VideoDiscriminatorConfig
 
 RECALL = 0.8  # of the calibration clips, by which the second threshold is chosen
-COLUMNS = ("name", "success", "family", "precise", "generous", "rules")  # of `Tested`, one entry a clip
+COLUMNS = (
+    "name",
+    "success",
+    "family",
+    "precise",
+    "generous",
+    "rules",
+)  # of `Tested`, one entry a clip; `rules` may be None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +45,7 @@ class Tested:
     family: np.ndarray  # (n,) names: clips of one family hang together
     precise: np.ndarray  # (n,) bool, accepted at the threshold of the wanted precision
     generous: np.ndarray  # (n,) bool, accepted at the threshold that keeps `RECALL` of the calibration's successes
-    rules: np.ndarray  # (n,) bool, admitted by the rules; all of them where rules do not carry over
+    rules: np.ndarray | None  # (n,) bool, admitted by the rules; None where rules do not carry over
     roc_area: tuple[float, ...]  # of each network
 
 
@@ -77,15 +85,7 @@ def run_turn(turn: Turn, config: VideoDiscriminatorConfig, features: pd.DataFram
                 "give fewer folds or more attempts"
             )
     torch.set_num_threads(1)
-    network, _ = train_discriminator(
-        turn.train,
-        width=config.width,
-        layer_count=config.layer_count,
-        step_count=config.step_count,
-        batch_size=config.batch_size,
-        learning_rate=config.learning_rate,
-        rng=random_stream(config.seed, turn.name),
-    )
+    network, _ = train_discriminator(turn.train, config, random_stream(config.seed, turn.name))
     score, success = scores(network, [clip.frames for clip in turn.calibration]), _successes(turn.calibration)
     precise = threshold_for(score, success, config.precision)
     generous = np.quantile(score[success], 1 - RECALL, method="lower")
@@ -97,7 +97,7 @@ def run_turn(turn: Turn, config: VideoDiscriminatorConfig, features: pd.DataFram
         family=np.array([f"{turn.name}/{number}" for number in kin]),
         precise=np.zeros(len(good), bool) if precise is None else tested >= precise,
         generous=tested >= generous,
-        rules=np.ones(len(good), bool) if features is None else admitted(turn, features, StateRulesConfig()),
+        rules=None if features is None else admitted(turn, features, StateRulesConfig()),
         roc_area=(area_under_roc(good, tested),),
     )
 
@@ -105,14 +105,7 @@ def run_turn(turn: Turn, config: VideoDiscriminatorConfig, features: pd.DataFram
 def admitted(turn: Turn, features: pd.DataFrame, config: StateRulesConfig) -> np.ndarray:
     """(n,) bool: which test clips the rules admit that are learned from all other clips of the turn."""
     known = [*turn.train, *turn.calibration]
-    rules = learn_rules(
-        features.loc[[clip.name for clip in known]],
-        _successes(known),
-        depth=config.depth,
-        recall_floor=config.recall_floor,
-        margin=config.margin,
-        minimum_per_class=config.minimum_per_class,
-    )
+    rules = learned(features.loc[[clip.name for clip in known]], _successes(known), config)
     return admissible(rules, features.loc[[clip.name for clip in turn.test]])
 
 
@@ -122,11 +115,17 @@ def _successes(clips: Sequence[LabelledClip]) -> np.ndarray:
 
 def pooled(tested: Sequence[Tested]) -> Tested:
     """All together; networks differ, so that their scores are not put together but what each accepted is."""
-    columns = {name: np.concatenate([getattr(one, name) for one in tested]) for name in COLUMNS}
+
+    def column(name: str) -> np.ndarray | None:
+        parts = [getattr(one, name) for one in tested]
+        return None if any(part is None for part in parts) else np.concatenate(parts)
+
+    columns = {name: column(name) for name in COLUMNS}
     return Tested(**columns, roc_area=tuple(area for one in tested for area in one.roc_area))
 
 
 def among(tested: Tested, names: Set[str]) -> Tested:
     """The same of these clips alone; areas under curves of whole folds are none of theirs."""
     chosen = np.isin(tested.name, list(names))
-    return Tested(**{name: getattr(tested, name)[chosen] for name in COLUMNS}, roc_area=())
+    columns = {name: getattr(tested, name) for name in COLUMNS}
+    return Tested(**{name: part if part is None else part[chosen] for name, part in columns.items()}, roc_area=())

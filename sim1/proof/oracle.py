@@ -49,17 +49,23 @@ def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str]
 
 
 def _unseen_mm(files: Files, case: str, told: ClothPhysics) -> float | None:
-    """Error of the oracle's model on motions that no diagnosis was given [mm]; None: it foretells them not, or they are not here."""
+    """Error of the oracle's model on motions that no diagnosis was given [mm]; None: they are not here, or it foretells them not.
+
+    Raises:
+        BadInput: their bundle or its answers are damaged.
+    """
     from sim1.cloth.precise.simulate import NotConverged
     from sim1.mismatch.predict import predict
 
     if not files.unseen(case).is_dir():
         return None
     answers = read_arrays(files.answers(case).with_suffix(".npz"), (), "answer", "film the case again")
+    bundle = read_bundle(files.unseen(case))
     try:
-        return 1e3 * off_m(predict(read_bundle(files.unseen(case)), told), answers)
-    except (NotConverged, BadInput):
+        table = predict(bundle, told)
+    except (NotConverged, BadInput):  # a sheet that snaps, or a grip that no recording showed
         return None
+    return 1e3 * off_m(table, answers)
 
 
 def heldout_m(

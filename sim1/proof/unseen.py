@@ -11,6 +11,7 @@ import pandas as pd
 
 from sim1.stage import BadInput
 
+SHORT_S = 0.1  # drives may end by so much before the film
 MODELS = ("baseline", "model")  # files of a diagnosis, before and after what was added
 
 
@@ -44,6 +45,8 @@ def off_m(table: pd.DataFrame, answers: Mapping[str, np.ndarray]) -> float:
         rows = rows.sort_values(["time_s", "marker"])
         instants, count = np.unique(rows["time_s"]), rows["marker"].nunique()
         both = min(len(instants), len(time_s))
+        if time_s[-1] - instants[-1] > SHORT_S:
+            raise ValueError(f"{name}: foretold until {instants[-1]:.2f} s, filmed until {time_s[-1]:.2f} s")
         if count != truth_m.shape[1] or len(rows) != len(instants) * count or not np.allclose(instants[:both], time_s[:both], atol=1e-6):  # fmt: skip
             raise ValueError(f"{name}: {len(rows)} rows, {len(instants)} instants and {count} markers, the answers have {truth_m.shape[:2]}")  # fmt: skip
         found_m = rows[["x_m", "y_m", "z_m"]].to_numpy().reshape(len(instants), count, 3)

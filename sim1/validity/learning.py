@@ -40,7 +40,7 @@ def learn(demos: Path, candidates: Path, mesh: GarmentMesh, config: StateRulesCo
         raise BadInput(f"{demos}: no successful run among {len(table)}; record demonstrations that succeed")
     table.to_parquet(out / "features.parquet", index=False)
     features, success = table.drop(columns=list(ABOUT)), table.success.to_numpy(bool)
-    write_rules(out / "rules.yaml", _learned(features, success, config))
+    write_rules(out / "rules.yaml", learned(features, success, config))
     rules = read_rules(out / "rules.yaml")
     kept = admissible(rules, features)
     judged, admitted = _left_out(features, success, sources, config)
@@ -61,7 +61,12 @@ def learn(demos: Path, candidates: Path, mesh: GarmentMesh, config: StateRulesCo
     return record | {"condition_count": sum(len(alternative) for alternative in rules.any_of)}
 
 
-def _learned(features: pd.DataFrame, success: np.ndarray, config: StateRulesConfig) -> Rules:
+def learned(features: pd.DataFrame, success: np.ndarray, config: StateRulesConfig) -> Rules:
+    """Rules from examples (n, features) with their outcome (n,) bool, as the stage learns them.
+
+    Raises:
+        ValueError: there is no successful example.
+    """
     return learn_rules(
         features,
         success,
@@ -88,5 +93,5 @@ def _left_out(
         if success[others].any():
             here = np.array([some == left_out for some in sources])
             judged |= here
-            admitted[here] = admissible(_learned(features[others], success[others], config), features[here])
+            admitted[here] = admissible(learned(features[others], success[others], config), features[here])
     return judged, admitted

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -12,6 +13,9 @@ from torch.nn.functional import binary_cross_entropy_with_logits
 from sim1.progress import track
 from sim1.validity.discriminator import VideoDiscriminator
 from sim1.validity.parts import LabelledClip
+
+if TYPE_CHECKING:
+    from sim1.validity.stage import VideoDiscriminatorConfig
 
 
 def padded(clips: Sequence[np.ndarray]) -> tuple[Tensor, Tensor]:
@@ -26,17 +30,16 @@ def padded(clips: Sequence[np.ndarray]) -> tuple[Tensor, Tensor]:
 
 
 def train_discriminator(
-    clips: Sequence[LabelledClip], *, width: int, layer_count: int, step_count: int, batch_size: int,
-    learning_rate: float, rng: np.random.Generator,
-) -> tuple[VideoDiscriminator, list[float]]:  # fmt: skip
+    clips: Sequence[LabelledClip], config: VideoDiscriminatorConfig, rng: np.random.Generator
+) -> tuple[VideoDiscriminator, list[float]]:
     """Fit on balanced batches: half successes, half failures, each with a random number of leading frames dropped."""
     torch.manual_seed(int(rng.integers(2**31)))
-    network = VideoDiscriminator(width, layer_count)
-    optimizer = torch.optim.AdamW(network.parameters(), lr=learning_rate, weight_decay=1e-3)
+    network = VideoDiscriminator(config.width, config.layer_count)
+    optimizer = torch.optim.AdamW(network.parameters(), lr=config.learning_rate, weight_decay=1e-3)
     groups = [[clip for clip in clips if clip.success is wanted] for wanted in (True, False)]
     losses = []
-    for _ in track(range(step_count), "training the discriminator"):
-        picked = [group[int(rng.integers(len(group)))] for group in groups for _ in range(batch_size // 2)]
+    for _ in track(range(config.step_count), "training the discriminator"):
+        picked = [group[int(rng.integers(len(group)))] for group in groups for _ in range(config.batch_size // 2)]
         video, valid = padded([_varied(clip.frames, rng) for clip in picked])
         wanted = torch.tensor([float(clip.success) for clip in picked])
         loss = binary_cross_entropy_with_logits(network(video, valid), wanted)

@@ -129,7 +129,8 @@ def fold_excess(figures: Mapping[str, float], limits: Limits) -> float:
     highest["area_ratio"] = figures["ideal_area_ratio"] + limits.area_excess
     lowest = {name: getattr(limits, name) for name in ("iou", "face_down_share")}
     beyond = [(figures[name] - limit) / max(limit, _TINY) for name, limit in highest.items()]
-    return max(beyond + [(limit - figures[name]) / max(limit, _TINY) for name, limit in lowest.items()])
+    beyond += [(limit - figures[name]) / max(limit, _TINY) for name, limit in lowest.items()]
+    return float(np.max(beyond))  # not a number where a figure is none, which is up to nothing
 
 
 def _fell_early(garment_m: np.ndarray, ideal: np.ndarray, grasped: list[int], lifted_m: float) -> bool:

@@ -81,15 +81,7 @@ def watch(
             out,
         )
     parts = split_by_source(clips)
-    network, losses = train_discriminator(
-        parts.train,
-        width=config.width,
-        layer_count=config.layer_count,
-        step_count=config.step_count,
-        batch_size=config.batch_size,
-        learning_rate=config.learning_rate,
-        rng=rng,
-    )
+    network, losses = train_discriminator(parts.train, config, rng)
     part_of = {clip.name: part for part in PARTS for clip in getattr(parts, part)}
     found = scores(network, [clip.frames for clip in clips])
     rows = [

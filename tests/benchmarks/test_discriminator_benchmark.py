@@ -61,6 +61,7 @@ def test_what_is_easily_told_apart_is_told_apart_on_demonstrations_and_garments_
     turns, _ = turns_by_fold("towel", both["towel"], 4)
     for tested in ([run_turn(turn, CONFIG) for turn in turns], [run_turn(turn_by_garment("shorts", both), CONFIG)]):
         found = figures_of(pooled(tested))
+        assert (found["rules"], found["both"]) == (None, None)  # no features were given to learn rules from
         assert (found["success_count"], found["failure_count"]) == (16, 16)
         assert found["roc_area"] == [1.0] * len(tested)
         assert found["precise"]["precision"]["count"] == found["precise"]["precision"]["of"]
@@ -100,11 +101,12 @@ FOLDED = {"iou": 0.9, "keypoint_error_m": 0.03, "area_ratio": 0.5, "ideal_area_r
         ({"iou": 0.6}, 0.25),
         ({"keypoint_error_m": 0.09}, 0.5),
         ({"area_ratio": 0.75}, 0.25),  # 0.1 above the ideal one are allowed
+        ({"height_m": np.nan}, np.nan),  # which is not up to 0: no fold
     ],
 )
 def test_how_far_a_fold_is_beyond_the_judges_line_is_told_as_a_share_of_the_worst_figures_limit(changed, excess):
     limits = Limits(iou=0.8, keypoint_error_m=0.06, area_excess=0.1, height_m=0.06)
-    assert fold_excess(FOLDED | changed, limits) == pytest.approx(excess)
+    assert fold_excess(FOLDED | changed, limits) == pytest.approx(excess, nan_ok=True)
 
 
 def test_what_the_judge_said_of_a_clip_is_read_by_its_name_and_told_class_by_class(tmp_path):
@@ -112,7 +114,7 @@ def test_what_the_judge_said_of_a_clip_is_read_by_its_name_and_told_class_by_cla
         "demos/episodes/0000": (None, FOLDED),
         "candidates/episodes/0000": ("slip", FOLDED | {"iou": 0.0}),
         "candidates/episodes/0001": ("not folded", FOLDED | {"iou": 0.72}),
-        "candidates/episodes/0002": ("simulation broke", {}),
+        "candidates/episodes/0002": ("simulation broke", {}),  # there is no clip of it
     }
     for folder, (failure, figures) in rows.items():
         (tmp_path / folder).mkdir(parents=True)
@@ -123,11 +125,10 @@ def test_what_the_judge_said_of_a_clip_is_read_by_its_name_and_told_class_by_cla
         "demo/0000": (None, pytest.approx(-0.1 / 0.8)),
         "candidate/0000": ("slip", pytest.approx(1.0)),
         "candidate/0001": ("not folded", pytest.approx(0.1)),
-        "candidate/0002": ("simulation broke", np.inf),
     }
 
     names = np.array(list(verdicts))
-    accepted = np.array([True, False, True, False])
+    accepted = np.array([True, False, True])
     tested = benchmark.Tested(
         name=names,
         success=names == "demo/0000",
@@ -140,13 +141,13 @@ def test_what_the_judge_said_of_a_clip_is_read_by_its_name_and_told_class_by_cla
     assert accepted_by_class(tested, verdicts) == {
         "folded": (1, 1),
         "not folded": (1, 1),
-        "simulation broke": (0, 1),
         "slip": (0, 1),
     }
     clear = among(tested, {"demo/0000", "candidate/0000"})
     assert figures_of(clear)["generous"]["precision"]["of"] == 1
     assert figures_of(clear)["failure_count"] == 1
-    assert figures_of(tested)["rules"]["precision"] == {"count": 1, "of": 3, "ci95": pytest.approx([0, 1], abs=0.4)}
+    rules = figures_of(tested)["rules"]["precision"]
+    assert (rules["count"], rules["of"]) == (1, 2)
     assert figures_of(tested)["both"]["precision"]["of"] == 1
 
 

@@ -10,6 +10,13 @@ from sim1.proof.files import Drawn, Files
 from sim1.proof.seal import code_sha256
 from sim1.proof.start import Wish, open_campaign
 
+DRAG = Case(effects=("air_drag",), seed=1)
+PAIR = Case(effects=("wind", "adhesion"), seed=2)
+NULL = Case(effects=(), seed=3)
+STRANGE = Case(effects=("magnet",), seed=4)
+LAME = Case(effects=("fan_jet",), seed=5)  # the laboratory fails to film it
+SHRUNK = Case(effects=("shrinkage",), seed=6)  # the diagnosis fails on it
+
 LABORATORY = """
 import argparse, json, pathlib, sys, time
 import numpy as np

@@ -35,6 +35,14 @@ def test_predictions_that_end_before_the_film_does_are_held_to_what_they_tell():
     assert off_m(foretold(off=0.002, frames=4, names=("u",)), ANSWERS) == pytest.approx(0.002)
 
 
+def test_predictions_that_leave_out_the_end_are_refused():
+    time_s = np.arange(61) / 60
+    answers = {"u/truth_s": time_s, "u/truth_m": np.zeros((61, 1, 3))}
+    rows = [("u", time, 0, 0.0, 0.0, 0.0) for time in time_s[:31]]
+    with pytest.raises(ValueError, match=r"u: foretold until 0.50 s, filmed until 1.00 s"):
+        off_m(pd.DataFrame(rows, columns=foretold().columns), answers)
+
+
 def test_what_was_not_foretold_is_not_known(tmp_path):
     assert off_mm(tmp_path / "model.parquet", ANSWERS) is None
 

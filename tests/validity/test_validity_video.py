@@ -11,6 +11,7 @@ from sim1.validity.discriminator import VideoDiscriminator, positions
 from sim1.validity.evidence import Outcome, doubt, figures, outcome, threshold_for
 from sim1.validity.parts import LabelledClip, split_by_source
 from sim1.validity.scoring import padded, scores, train_discriminator
+from sim1.validity.stage import VideoDiscriminatorConfig
 
 
 def clips(count: int, length: int = 5, size: int = 32, demos: int = 3) -> list[LabelledClip]:
@@ -77,9 +78,9 @@ def test_every_position_has_its_own_code():
 
 def test_training_tells_bright_endings_from_dark_ones_and_repeats_to_the_bit():
     data = clips(8)
-    settings = {"width": 16, "layer_count": 1, "step_count": 12, "batch_size": 4, "learning_rate": 1e-3}
-    network, losses = train_discriminator(data, **settings, rng=np.random.default_rng(0))
-    again, _ = train_discriminator(data, **settings, rng=np.random.default_rng(0))
+    config = VideoDiscriminatorConfig(width=16, layer_count=1, step_count=12, batch_size=4, learning_rate=1e-3)
+    network, losses = train_discriminator(data, config, np.random.default_rng(0))
+    again, _ = train_discriminator(data, config, np.random.default_rng(0))
     found = scores(network, [clip.frames for clip in data])
     success = np.array([clip.success for clip in data])
     assert found[success].min() > found[~success].max()

@@ -11,6 +11,7 @@ from sim1.episode import Episode, write_episode
 from sim1.motion.placement import planar
 from sim1.scene.description import Camera, Scene, write_scene
 from sim1.validity.clips import head_clip, write_clip
+from sim1.validity.stage import ValidTrajectoriesConfig, VideoDiscriminatorConfig
 
 SHEET = grid_towel(0.30, 0.24, 0.03)
 FRAMES = 40
@@ -105,3 +106,17 @@ def make_artifacts(root: Path, demo_shares: list[float], candidate_shares: list[
         )
     pd.DataFrame(rows).to_parquet(folders["candidate_trajectories"] / "attempts.parquet", index=False)
     return {name: {"sheet": folder} for name, folder in folders.items()}
+
+
+USUAL = ValidTrajectoriesConfig()
+TESTED = 2  # of three demonstrations with as many failures each
+TINY = VideoDiscriminatorConfig(step_count=6, frame_count=4, frame_width=32, frame_height=32, batch_size=4, width=16)
+
+
+def run(stage, inputs, out, config):
+    out.mkdir()
+    return stage(inputs, out, config)
+
+
+def names(findings, passed):
+    return {finding.name for finding in findings if finding.passed is passed}
