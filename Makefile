@@ -4,7 +4,6 @@ SHELL := bash
 .DEFAULT_GOAL := help
 STAMP := .venv/.installed
 PY := .venv/bin/python
-GARMENTS ?=
 PROFILE ?= quick
 
 export DAGSTER_HOME := $(CURDIR)

@@ -39,8 +39,7 @@ IMPORTS = {  # package -> what must import
     "xatlas": "xatlas",
 }
 GPUS = {  # package -> for what, and code that prints the name of the GPU, "" where there is none
-    "torch": ("learning", "torch.cuda.get_device_name() if torch.cuda.is_available() else ''"),
-    "warp-lang": ("simulation", "', '.join(device.name for device in warp.get_cuda_devices())"),
+    "torch": ("image policies and Blender", "torch.cuda.get_device_name() if torch.cuda.is_available() else ''"),
 }
 
 

@@ -19,7 +19,7 @@ class CalibratedPhysicsConfig:
 def calibrated_physics(inputs: Inputs, out: Path, config: CalibratedPhysicsConfig) -> Facts:
     """Calibrate the baseline to the recordings and find what it leaves out (`sim1 diagnose` on the artifact's bundle).
 
-    Writes `model.yaml` (all that was found), `baseline.yaml`, `cell.yaml` (what the simulated cell acts of the model),
+    Writes `model.yaml` (all that was found), `baseline.yaml`, `cell.yaml` (what the simulated cell contains of the model),
     `verdict.json`, `summary.json` and pictures.
 
     Raises:
@@ -32,7 +32,7 @@ def calibrated_physics(inputs: Inputs, out: Path, config: CalibratedPhysicsConfi
 
 
 def check_calibrated_physics(artifact: Path) -> list[Finding]:
-    """The models read, the search converged, the model transfers to motion that it has not seen, the cell acts all of it."""
+    """The models read, the search converged, the model transfers to motion that it has not seen, the cell contains all of it."""
     from sim1.cloth.cell_physics import cell_physics, effects_left_out
     from sim1.cloth.physics import read_physics
     from sim1.mismatch.summary import read_summary
@@ -82,7 +82,7 @@ def check_calibrated_physics(artifact: Path) -> list[Finding]:
             passed=not left_out,
             detail=f"found and not simulated in the cell: {', '.join(left_out)}; its cloth goes by cell.yaml, without them"
             if left_out
-            else "the simulated cell acts every effect of the cloth that was found",
+            else "the simulated cell contains every effect of the cloth that was found",
             blocking=False,
         ),
     ]

@@ -116,7 +116,7 @@ def test_all_that_a_machine_lacks_is_told_at_once_with_remedies(write, monkeypat
     folder = (path.parent / "../weights/base").resolve()
     for words in (
         "policy 'mine' cannot be trained here",
-        "package no_such_package (pip install 'lerobot[pi]==",
+        "package no_such_package (uv pip install --python .venv/bin/python 'lerobot[pi]==",
         f"weights in {folder} (no config.json; with a network: hf download someone/base --local-dir {folder})",
         "someone/tokenizer in the hub's cache (with a network: hf download someone/tokenizer)",
         "a GPU with 24 GiB (torch finds none",

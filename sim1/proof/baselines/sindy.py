@@ -142,6 +142,6 @@ def pysindy_stlsq() -> type:
         from pysindy import STLSQ
     except ImportError as error:
         raise BadInput(
-            "--baselines: sparse regression needs PySINDy, which is not installed; install the dev extra (`make setup`, or pip install -e '.[dev]')"
+            "--baselines: sparse regression needs PySINDy, which is not installed; `make setup` installs it with the dev extra"
         ) from error
     return STLSQ
