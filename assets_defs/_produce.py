@@ -12,7 +12,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from assets_defs._config import check_function, config_of, stage_function
-from assets_defs._digest import RECORD, digest_json
+from assets_defs._digest import RECORD, digest_file, digest_json
 from assets_defs._recipe import Key, Snapshot, label
 from assets_defs._sources import source
 from assets_defs._store import Place, StoreError, place, verified
@@ -84,7 +84,7 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
             # Stages multiply small matrices: more threads wait for each other, and a calibration takes ten times as long.
             with at.timed() as spent_s, progress.listening(sink), threadpool_limits(1):
                 facts = stage_function(node.stage.run)(inputs, part, config_of(node))
-            whole_s = _whole_s(update) if update else spent_s()
+            whole_s = _whole_s(update, part, spent_s()) if update else spent_s()
         check = check_function(node)
         findings = check(part) if check else []
         if not any(part.iterdir()):
@@ -169,9 +169,14 @@ def _copy(home: Home, twin: Node, key: Key, part: Path) -> tuple[dict[str, Any],
     return {**record["facts"], "same_work_as": label(twin, key)}, record.get("whole_s")
 
 
-def _whole_s(folder: Path) -> float | None:
-    """What making all of an artifact took that another begins with: the changed part alone says nothing of that."""
-    return json.loads((folder / RECORD).read_text()).get("whole_s")
+def _whole_s(before: Path, part: Path, spent_s: float | None) -> float | None:
+    """What making all of `part` took, which began with the artifact `before`: what was kept of that, at its share of its files, and what was spent now."""
+    record = json.loads((before / RECORD).read_text())
+    known_s, files = record.get("whole_s"), record["files"]
+    if known_s is None or spent_s is None:
+        return None
+    kept = sum((part / name).is_file() and digest_file(part / name) == known["sha256"] for name, known in files.items())
+    return round(known_s * kept / len(files) + spent_s, 3)
 
 
 def _inputs(home: Home, snapshot: Snapshot, node: Node, key: Key) -> dict[str, dict[str, Path]]:

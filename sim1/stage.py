@@ -37,6 +37,17 @@ def stage_config[T](cls: type[T]) -> type[T]:
     return pydantic.dataclasses.dataclass(frozen=True, kw_only=True, config=config)(cls)
 
 
+def distinct[T](values: tuple[T, ...]) -> tuple[T, ...]:
+    """The same, for settings in which a value twice would do work twice.
+
+    Raises:
+        ValueError: a value stands there twice.
+    """
+    if twice := sorted({repr(value) for value in values if values.count(value) > 1}):
+        raise ValueError(f"{', '.join(twice)} more than once; name each once")
+    return values
+
+
 class BadInput(ValueError):
     """The input is at fault, not the program: the message names the file, the place, the value and the remedy."""
 

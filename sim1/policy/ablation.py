@@ -13,12 +13,13 @@ from sim1.policy import paper
 from sim1.policy.counting import read_decisions, read_table
 from sim1.policy.lessons import GENERATED
 from sim1.policy.tried import Tried, compare, count
+from sim1.policy.worlds import REALITY, Worlds, worlds_of
 from sim1.stage import BadInput, Inputs
 from sim1.statistics import Interval, wilson_interval
 
 BASE = "base"
 STAGES = ("valid_trajectories", "policy")
-SCHEMA = "sim1.ablation/2"
+SCHEMA = "sim1.ablation/3"
 PAPER_METHODS = {  # variant -> the paper's method that it comes nearest to, in the order of its table
     "slicing": "Baseline",
     "decomposition": "+ trajectory decomposition",
@@ -38,7 +39,10 @@ class Row:
     training_size: int | None  # trajectories that the policy learnt from; None: no trial was run
     all_trials: Tried | None
     shifts: tuple[Tried, ...]
-    over_base: Difference | None  # success minus the base's; None: it is the base's policy, or they share no placement
+    worlds: Worlds  # where trials took place
+    over_base: (
+        Difference | None
+    )  # success minus the base's, in the stand-in reality; None: it is the base's policy, or they share no placement there
     own_stages: tuple[str, ...]  # the rest is the base graph's own artifact
 
     @property
@@ -77,9 +81,16 @@ def count_variant(inputs: Inputs, variant: str) -> Row:
         training_size=int(trials["size"].iloc[0]) if len(trials) else None,
         all_trials=count(trials, paper.AVERAGE) if len(trials) else None,
         shifts=tuple(count(runs, shift) for shift, runs in trials.groupby("shift", sort=False)),
-        over_base=compare(trials, _largest(inputs["policy"]), also=["shift"]) if other else None,
+        worlds=worlds_of(trials),
+        over_base=_over(trials, _largest(inputs["policy"])) if other else None,
         own_stages=tuple(own),
     )
+
+
+def _over(trials: pd.DataFrame, base: pd.DataFrame) -> Difference | None:
+    """In the world that is the same for all variants: each has a simulator of its own, and its trials there are no pairs of another's."""
+    own, others = (one[one["world"] == REALITY] for one in (trials, base))
+    return compare(own, others, also=["shift"])
 
 
 def _largest(policies: Mapping[str, Path]) -> pd.DataFrame:
@@ -105,6 +116,7 @@ def as_record(row: Row) -> Mapping[str, object]:
         "success_rate": tried.success_count / tried.trial_count if tried else None,
         "all_trials": tried and asdict(tried),
         "shifts": [asdict(one) for one in row.shifts],
+        "worlds": {world: list(garments) for world, garments in row.worlds.items()},
         "over_base": row.over_base and asdict(row.over_base),
         "own_stages": list(row.own_stages),
     }

@@ -10,6 +10,7 @@ from sim1.policy.ablation import BASE, PAPER_METHODS, SCHEMA
 from sim1.policy.counting import NOT_RUN, percentage_points, rate, read_figures
 from sim1.policy.shift_table import OURS
 from sim1.policy.tried import said_of_intervals
+from sim1.policy.worlds import said_of_worlds, together
 from sim1.report import Picture, Section, write_report
 from sim1.statistics import Interval
 
@@ -20,7 +21,7 @@ LEAD = (
 )
 STAND_INS = [
     "Garment scans may be virtual (made by a depth-camera model), demonstrations come from a scripted expert instead of "
-    "a teleoperator (but for garments with commands in data/demonstrations/), and the stand-in reality is a simulator too; where there are recordings of real cloth, trials are in the cell that made the data.",
+    "a teleoperator (but for garments with commands in data/demonstrations/), and the stand-in reality is a simulator too; where there are recordings of real cloth there is none, and trials are in the cell that made the data.",
     "The paper's columns texture, lighting and viewpoint change pictures or friction; this policy sees joints and garment "
     "keypoints alone, so pictures cannot change its result, and of texture only the friction is left.",
 ]
@@ -59,13 +60,14 @@ def result_sections(artifact: Path) -> list[Section]:
     few = [name for name, row in rows.items() if row["trial_count"] < paper.TRIALS]
     notes = [
         "Pass rate: generated candidates that the filters accepted (without the attempts that "
-        "were disturbed on purpose so that the filters see failures). Success: closed-loop trials, in the stand-in reality (the simulated cell with a concealed fabric, air, friction and finer steps) "
+        "were disturbed on purpose so that the filters see failures). Success: closed-loop trials "
         "of the policies trained on generated trajectories at the largest size, all seeds together; average: over all trials that were run; texture: friction alone. Percent, with "
         "intervals and counts; those of the pass rate are Wilson's, 95 %, of attempts as independent.",
         "Trajectories: how many the policy learnt from, all that the variant made and did not hold out, or the largest size that was asked for. Variants differ in it too, so that a "
         "difference of success is not of the changed part alone where the numbers differ.",
         "Average minus base: percentage points over trials from the same placements in the same shift, with Newcombe's 95 % interval for pairs from the intervals of either side; "
-        "none where the policy is the base's own.",
+        "none where the policy is the base's own, and none for trials in the simulator that made the data, as each variant has its own.",
+        *said_of_worlds(together([row["worlds"] for row in rows.values()])),
         "Methods of the paper, each with what the one before it has, stand beside the variant that comes nearest; all of these are without named physics, "
         f"which {_titled(BASE)} has.",
         paper.MEANT,

@@ -120,12 +120,12 @@ def this_machine(prices: Prices, timings: Timings, trajectory_count: int) -> Pro
 def per_trajectory_seconds(timings: Timings, trajectory_count: int) -> float | None:
     """Seconds of machine time per accepted trajectory, rejected candidates and all appearances included.
 
-    None where nothing was accepted, or what one artifact of these stages took is not known.
+    None where nothing was accepted, or what one artifact of these stages took is not known, or all took no time.
     """
     missing = [s for s in PER_TRAJECTORY_STAGES if not timings.get(s) or None in timings[s].values()]
     if missing or not trajectory_count:
         return None
-    return sum(sum(timings[stage].values()) for stage in PER_TRAJECTORY_STAGES) / trajectory_count
+    return sum(sum(timings[stage].values()) for stage in PER_TRAJECTORY_STAGES) / trajectory_count or None
 
 
 def read_timings(path: Path) -> Timings:

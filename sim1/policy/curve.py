@@ -13,7 +13,7 @@ from sim1.policy.equivalence import Worth
 from sim1.policy.scaling import Point, PowerLaw, Task
 from sim1.stage import BadInput
 
-SCHEMA = "sim1.curve/5"
+SCHEMA = "sim1.curve/6"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,6 +25,7 @@ class Curve:
     worths: tuple[Worth | str, ...]  # a text says why one is not known
     tasks: tuple[Task, ...]
     over_real: Mapping[str, Difference]  # shift, or average -> generated minus real
+    worlds: Mapping[str, tuple[str, ...]]  # where trials took place -> garments
 
 
 def write_curve(artifact: Path, curve: Curve) -> None:

@@ -1,7 +1,6 @@
 """The work of stage `policy`: split, train at several sizes, test on what was held out, drive a simulated cell."""
 
 import json
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import product
@@ -18,11 +17,11 @@ from sim1.policy.rollout import Driving
 from sim1.policy.stage import PolicyConfig
 from sim1.policy.time_limit import time_limits
 from sim1.policy.training import TrainingPlan, open_loop_error, train
-from sim1.policy.trial_crew import Plan, run_trials
+from sim1.policy.trial_crew import Plan, run_trials, tidy_up
 from sim1.policy.trial_strips import draw_trials
 from sim1.policy.trials import TRIAL_COLUMNS, TrialSettings
 from sim1.progress import report, within
-from sim1.stage import Facts, Inputs, only
+from sim1.stage import BadInput, Facts, Inputs, only
 
 OPEN_LOOP_COLUMNS = (
     "trained_on", "size", "seed", "tested_on", "garment", "trajectory", "joint_error_rad", "openness_error", "hold_joint_error_rad",
@@ -80,7 +79,9 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         "rate_hz": rate_hz,
         "seeds": list(config.seeds),
         "lessons": {lesson.kind: _told(lesson, config) for lesson in lessons},
-        "no_real_demonstrations": None if any(lesson.kind == REAL for lesson in lessons) else none_because(demos[REAL]),
+        "no_real_demonstrations": None
+        if any(lesson.kind == REAL for lesson in lessons)
+        else none_because(demos[REAL], config.real_sizes),
         "training": asdict(plan),
         "driving": asdict(driving),
         "trials": {
@@ -98,20 +99,19 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         },
     }
     (out / "policy.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
-    largest = models[ModelKey(GENERATED, generated.sizes[-1], config.seeds[0])]
+    model = models[ModelKey(GENERATED, generated.sizes[-1], config.seeds[0])]
     shown = (generated.held_out or generated.orders[config.seeds[0]])[0]
-    save_figure(draw_command(largest, shown, held_out=bool(generated.held_out)), out / "command.png", dpi=110)
+    save_figure(draw_command(model, shown, held_out=bool(generated.held_out)), out / "command.png", dpi=110)
     for shift, figure in draw_trials(rows, strips).items():
         save_figure(figure, out / f"trials_{shift}.png", dpi=110)
-    shutil.rmtree(out / "trials", ignore_errors=True)
+    tidy_up(out / "trials")
+    largest = [row for row in errors if row["size"] == generated.sizes[-1] and _own(row)]
     return {
         "model_count": len(models),
         **{f"{lesson.kind}_sizes": ", ".join(map(str, lesson.sizes)) for lesson in lessons},
         "held_out_trajectory_count": sum(len(lesson.held_out) for lesson in lessons),
-        "held_out_joint_error_rad": _mean(
-            [row["joint_error_rad"] for row in errors if row["size"] == generated.sizes[-1] and _own(row)]
-        ),
-        "standing_still_joint_error_rad": _mean([row["hold_joint_error_rad"] for row in errors]),
+        "held_out_joint_error_rad": _mean([row["joint_error_rad"] for row in largest]),
+        "standing_still_joint_error_rad": _mean([row["hold_joint_error_rad"] for row in largest]),
         "trial_garments": ", ".join(driven),
         "trials_in": ", ".join(about["trials"]["worlds"]) or "none",
         "trial_count": len(rows),
@@ -146,7 +146,13 @@ def _train_all(
     for done, (lesson, size, seed) in enumerate(tasks):
         what = f"training on {size} {lesson.kind} trajectories, seed {seed}"
         report(done, len(tasks), what)
-        models[ModelKey(lesson.kind, size, seed)] = train(lesson.training_set(size, seed), garments, plan, seed)
+        model = train(lesson.training_set(size, seed), garments, plan, seed)
+        if not model.is_finite():
+            raise BadInput(
+                f"stage policy: {what}: its weights are no numbers after {plan.steps} steps; "
+                f"set a smaller learning_rate than {plan.learning_rate:g} in the profile"
+            )
+        models[ModelKey(lesson.kind, size, seed)] = model
     return models
 
 

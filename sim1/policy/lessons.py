@@ -79,10 +79,13 @@ def read_lessons(dataset: Path, demos: Mapping[str, Mapping[str, Path]], config:
     return lessons
 
 
-def none_because(demos: Mapping[str, Path]) -> str:
-    """Why there are no real demonstrations, in the words of who did not make them."""
+def none_because(demos: Mapping[str, Path], sizes: Sequence[int]) -> str:
+    """Why nobody learns from real demonstrations (artifacts by garment), in the words of who did not make them."""
+    if not sizes:
+        return "none were asked for"
     whys = {json.loads(path.read_text())["why"] for folder in demos.values() if (path := folder / "none.json").exists()}
-    return "; ".join(sorted(whys)) or "none were made"
+    unfit = "none succeeded with a garment of the dataset" if demos else "none were made"
+    return "; ".join(sorted(whys)) or unfit
 
 
 def _lesson(kind: str, items: Sequence[Trajectory], sizes: Sequence[int], config: PolicyConfig) -> Lesson:

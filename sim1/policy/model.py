@@ -62,6 +62,10 @@ class ChunkPolicy(nn.Module):
         flat = self.body(torch.cat([normal, garment], dim=-1))
         return flat.unflatten(-1, (self.shape.chunk_frames, self.shape.action_size))
 
+    def is_finite(self) -> bool:
+        """Whether weights and normalisation are numbers."""
+        return all(bool(tensor.isfinite().all()) for tensor in self.state_dict().values())
+
     def normalise_action(self, action: torch.Tensor) -> torch.Tensor:
         return (action - self.action_mean) / self.action_std
 

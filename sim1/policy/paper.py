@@ -9,10 +9,8 @@ from collections.abc import Mapping
 SOURCE = "Y. Zhou, H. Liu, X. Jiang, X. Shen et al., “SIM1: Physics-Aligned Simulator as Zero-Shot Data Scaler in Deformable Worlds”"
 _PRINTED = f"Paper: {SOURCE}. Its success rates are of a real robot that folds a T-shirt, 30 trials each, by an image policy (π0.5); ours are of "
 _BESIDE = " They stand side by side to show what was measured in the same form, not as the same quantity."
-MEANT = f"{_PRINTED}a simulated stand-in for reality and of a small policy that knows the garment's keypoints.{_BESIDE}"
-MEANT_WITH_PICTURES = (
-    f"{_PRINTED}a simulated stand-in for reality, and of the garments and the policy that are named here.{_BESIDE}"
-)
+MEANT = f"{_PRINTED}a simulated cell and of a small policy that knows the garment's keypoints.{_BESIDE}"
+MEANT_WITH_PICTURES = f"{_PRINTED}a simulated cell, and of the garments and the policy that are named here.{_BESIDE}"
 TRIALS = 30  # "evaluated over 30 trials per configuration", section "Protocol and setup"
 
 PASS_RATE, AVERAGE = "pass rate", "average"

@@ -47,6 +47,14 @@ def results(made: Inputs, remarks: Mapping[str, str]) -> list[Section]:
             sections = part.sections(made[part.stage]) if made[part.stage] else [_missing(part, "not run")]
         except BadInput as error:
             sections = [_missing(part, f"cannot be shown: {error}")]
+        except (
+            LookupError,
+            TypeError,
+            ValueError,
+            AttributeError,
+        ) as error:  # damaged, or by other code with the same number
+            said = f"{type(error).__name__}: {error}"
+            sections = [_missing(part, f"cannot be shown ({said}); remove its artifact and make it again")]
         found += [replace(section, paragraphs=[*remark, *section.paragraphs]) for section in sections]
     return found
 

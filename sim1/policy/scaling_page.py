@@ -14,6 +14,7 @@ from sim1.policy.lessons import NAMES, REAL
 from sim1.policy.scaling import Point, PowerLaw
 from sim1.policy.shift_table import OURS, shift_section, task_section
 from sim1.policy.tried import said_of_intervals
+from sim1.policy.worlds import said_of_worlds
 from sim1.report import Picture, Section, write_report
 from sim1.statistics import describe_share
 
@@ -24,9 +25,8 @@ LEAD = (
 STAND_INS = [
     "Scans of garments that are marked virtual were made by a depth-camera model; the demonstrations behind the generated "
     "trajectories, made in the simulator, come from a scripted expert, not from a person (but for garments with commands in data/demonstrations/); real demonstrations are the expert's in the stand-in "
-    "reality, and there the policy is tried: a simulator too, with another fabric, air, friction and finer steps than the "
-    "training data had, but no robot (where there are recordings of real cloth: in the cell that made the data). A success rate here "
-    "says nothing yet about a real one.",
+    "reality: a simulator too, with another fabric, air, friction and finer steps than the training data had, but no robot (where there are recordings of real cloth there is none, and "
+    "trials are in the cell that made the data). A success rate here says nothing yet about a real one.",
 ]
 RATIO, PAPER_RATIO = "Generated for one real | here", "Generated for one real | paper"
 SHIFTS = {
@@ -84,6 +84,7 @@ def result_sections(artifact: Path) -> list[Section]:
             paragraphs=[
                 *_laws(curve.fits),
                 f"Closed loop, all together: {f'{successes} of {trials}' if trials else 'none tried'}. The paper draws its curves and prints no figures of them.",
+                *said_of_worlds(curve.worlds),
                 *([said_of_intervals(networks)] if tried else []),
                 *STAND_INS,
             ],

@@ -4,13 +4,14 @@ import json
 import math
 from dataclasses import asdict
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from sim1.stage import Facts, Finding, Inputs, only, stage_config
+from sim1.stage import Facts, Finding, Inputs, distinct, only, stage_config
 
 type Shift = Literal["in-domain", "spatial", "friction"]
+type Factors = Annotated[tuple[Annotated[float, Field(gt=0)], ...], Field(min_length=1)]
 
 
 @stage_config
@@ -22,7 +23,10 @@ class PolicyConfig:
     sizes: tuple[int, ...] = (2, 4, 8, 16)  # generated
     simulated_sizes: tuple[int, ...] = (4,)  # demonstrations in the simulator, to compare with; empty: none
     real_sizes: tuple[int, ...] = (1, 2, 4)  # demonstrations in what plays reality, likewise
-    seeds: tuple[int, ...] = (0, 1)  # one model per size and seed, which draws its training set and its first weights
+    seeds: Annotated[tuple[int, ...], Field(min_length=1), AfterValidator(distinct)] = (
+        0,
+        1,
+    )  # one model per size and seed, which draws its training set and its first weights
     test_share: float = Field(0.25, gt=0, lt=1)  # of each garment's trajectories, wanted for the open-loop test
     steps: int = Field(1500, gt=0)  # gradient steps per model
     batch: int = Field(128, gt=0)  # frames per step
@@ -35,7 +39,10 @@ class PolicyConfig:
     ensemble_decay: float = Field(0.1, ge=0)  # weight exp(-decay * age in chunks) of older chunks; large: newest alone
     trials_in: Literal["reality", "simulator"] = "reality"  # the stand-in, or the cell that made the training data
     trial_count: int = Field(2, ge=0)  # closed-loop trials per garment, model and shift
-    shifts: tuple[Shift, ...] = ("in-domain", "spatial")  # what is other in trials than in the demonstrations
+    shifts: Annotated[tuple[Shift, ...], AfterValidator(distinct)] = (
+        "in-domain",
+        "spatial",
+    )  # what is other in trials than in the demonstrations
     evaluate_garment_count: int = Field(1, ge=0)  # in the closed loop, which takes longest
     evaluate_first: tuple[str, ...] = ("towel",)  # preferred for it, where the dataset has them; then by name
     evaluate_sizes: int = Field(
@@ -45,7 +52,7 @@ class PolicyConfig:
     laid_m: float = Field(0.01, ge=0)  # in-domain: laid down by hand at the same place, within this radius
     shift_m: float = Field(0.08, ge=0)  # spatial: moved within this radius (paper, section 4.1: 8 cm)
     turn_rad: float = Field(math.radians(15), ge=0)  # and turned within this angle (paper: 15 degrees)
-    friction_factors: tuple[float, ...] = (0.6, 1.6)  # friction: of all contacts, in turn; garment as in-domain
+    friction_factors: Factors = (0.6, 1.6)  # friction: of all contacts, in turn; garment as in-domain
     processes: int = Field(0, ge=0, exclude=True)  # trials at once; 0: one per core; no part of the recipe
     time_factor: float = Field(1.2, gt=0)  # a trial lasts this many times its garment's longest real demonstration
 
@@ -87,10 +94,8 @@ def check_policy(artifact: Path) -> list[Finding]:
 
 def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Facts:
     """Held-out error and success against the number of training trajectories, and the worth of a real demonstration."""
-    import pandas as pd
-
     from sim1.picture_file import save_figure
-    from sim1.policy.counting import read_figures
+    from sim1.policy.counting import read_figures, read_table
     from sim1.policy.curve import Curve, write_curve
     from sim1.policy.equivalence import Worth, worth
     from sim1.policy.experiment import ABOUT_SCHEMA
@@ -98,10 +103,11 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
     from sim1.policy.scaling import fit_power_laws, measure, measure_over_real, measure_tasks
     from sim1.policy.scaling_page import write_scaling_page
     from sim1.policy.scaling_pictures import draw_error, draw_success
+    from sim1.policy.worlds import worlds_of
 
     source = only(inputs, "policy")
     about = read_figures(source / "policy.json", ABOUT_SCHEMA, "policy")
-    open_loop, trials = (pd.read_parquet(source / name) for name in ("open_loop.parquet", "evaluation.parquet"))
+    open_loop, trials = (read_table(source / name) for name in ("open_loop.parquet", "evaluation.parquet"))
     sizes = {kind: lesson["sizes"] for kind, lesson in about["lessons"].items()}
     points = measure(open_loop, trials, sizes, config.seed)
     fits = fit_power_laws(open_loop, config.seed)
@@ -116,6 +122,7 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
         worths=tuple(worths),
         tasks=tuple(measure_tasks(trials)),
         over_real=measure_over_real(trials),
+        worlds={world: tuple(garments) for world, garments in worlds_of(trials).items()},
     )
     write_curve(out, curve)
     write_scaling_page(out, about)

@@ -2,6 +2,7 @@
 
 import functools
 import os
+import shutil
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -93,6 +94,7 @@ def make_trials(
     foreseen: tuple[type[Exception], ...] = (BadInput,),
 ) -> tuple[list[dict[str, Any]], list[Path]]:
     """The same of trials whose rows and strips makers make, whoever drives; see `sim1.crew.labour_together`."""
+    shutil.rmtree(_going(root), ignore_errors=True)  # of a run that was killed while it tidied up
     if not trials:
         return [], []
     root.mkdir(exist_ok=True)
@@ -103,6 +105,17 @@ def make_trials(
     labour_together(root, _quotas(trials), prepare, processes or os.process_cpu_count() or 1, count, foreseen)
     rows = {_name(row): {key: value for key, value in row.items() if key != "ran"} for row in finished(root)}
     return [rows[trial.name] for trial in trials], [root / "episodes" / trial.name / STRIP for trial in trials]
+
+
+def tidy_up(root: Path) -> None:
+    """Remove what `make_trials` kept, once everything is written that is made of it: whole or not at all, whenever the process dies."""
+    if root.exists():
+        root.rename(_going(root))
+    shutil.rmtree(_going(root), ignore_errors=True)
+
+
+def _going(root: Path) -> Path:
+    return root.with_name(f"{root.name}.gone")
 
 
 def _quotas(trials: Sequence[Trial]) -> list[Quota]:

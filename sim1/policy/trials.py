@@ -19,6 +19,7 @@ from sim1.policy.lessons import NAMES, ModelKey
 from sim1.policy.model import ChunkPolicy
 from sim1.policy.rollout import Driving, Pilot, Start, StatePilot, roll_out
 from sim1.policy.time_limit import TimeLimit
+from sim1.policy.worlds import REALITY, SIMULATOR
 from sim1.quota import Ticket
 from sim1.recording.reality import read_world
 from sim1.robot.expert_task import read_task
@@ -34,7 +35,6 @@ TRIAL_COLUMNS = (
     "shift_x_m", "shift_y_m", "turn_rad", "friction_factor", "simulated_s",
 )  # fmt: skip
 BROKEN = "simulation broke"  # the judge's word for it
-REALITY, SIMULATOR = "stand-in reality", "simulator"
 RUBBED = ("friction", "texture")  # shifts in which friction of all contacts is another
 FINER = 2  # times the simulator's substeps: reality is not resolved by the same steps
 

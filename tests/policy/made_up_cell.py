@@ -7,7 +7,8 @@ import numpy as np
 from sim1.cloth.cell import SimulationBroke
 from sim1.policy.rollout import Start
 from sim1.policy.stage import PolicyConfig
-from sim1.policy.trials import SIMULATOR, Bench
+from sim1.policy.trials import Bench
+from sim1.policy.worlds import SIMULATOR
 
 VERTICES = 12
 CONFIG = PolicyConfig(

@@ -88,6 +88,8 @@ def test_a_fault_in_a_file_is_named_with_file_and_key(write, changes, said):
         ({"type": "gaussian_actor", "settings": {}}, "predicts no chunks of commands"),
         ({"settings": {"dim_modle": 64}}, "`dim_modle` are not valid for ACTConfig; correct the file"),
         ({"settings": {"dim_model": "wide"}}, "'wide'"),
+        ({"type": "diffusion", "settings": {"n_obs_steps": "two"}}, "settings of a diffusion policy"),
+        ({"type": "diffusion", "settings": {"down_dims": 64}}, "settings of a diffusion policy"),
         ({"settings": {"vision_backbone": "vgg"}}, "must be one of the ResNet variants"),
     ],
 )
@@ -182,6 +184,14 @@ def test_training_starts_from_weights_that_a_file_names_and_from_no_others(write
     save_file({"something.else": torch.zeros(3)}, base / "model.safetensors")
     with pytest.raises(BadInput, match="0 % of its tensors are in the act policy"):
         new_policy(config_of(path, file), base)
+
+    part = {name: value for name, value in published.state_dict().items() if name.startswith("model.backbone")}
+    save_file(part, base / "model.safetensors")
+    with pytest.raises(
+        BadInput, match=r"parameters of the act policy are not in it and would begin at random \(model\."
+    ):
+        new_policy(config_of(path, file), base)
+    assert new_policy(config_of(path, file), base, fresh=["model."]).config.type == "act"
 
     (base / "model.safetensors").write_bytes(b"half")
     with pytest.raises(BadInput, match=r"weights in .*base \(.*hf download someone/base"):

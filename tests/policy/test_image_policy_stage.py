@@ -151,6 +151,37 @@ def test_a_run_that_was_killed_anywhere_ends_with_the_same_bytes(world, made, tm
     assert contents(tmp_path / "out") == contents(made[0])
 
 
+def test_a_training_that_began_from_published_weights_does_not_go_on_from_others(world, made, tmp_path):
+    published, folder = tmp_path / "published", tmp_path / "policies"
+    shutil.copytree(made[0] / "policy", published)
+    folder.mkdir()
+    needs = {"weights": {"folder": "../published", "source": "someone/mite"}}
+    text = {"schema": SCHEMA, "title": "Goes on", "type": "act", "settings": MITE, "needs": needs}
+    (folder / "mite.yaml").write_text(yaml.safe_dump(text))
+
+    def sink(done, total, what):
+        if "step 3 of 4" in what:
+            raise Killed
+
+    def make():
+        return world.make(tmp_path / "out", policies={"": folder})
+
+    with listening(sink), pytest.raises(Killed):
+        make()
+    path = published / "model.safetensors"
+    kept, weights = path.read_bytes(), load_file(path)
+    weights["model.action_head.bias"] += 1
+    save_file(weights, path, metadata={"format": "pt"})
+    with pytest.raises(
+        BadInput, match=r"published/model\.safetensors: is not what the interrupted training began from"
+    ):
+        make()
+    path.write_bytes(kept)
+    make()
+    digest = json.loads((tmp_path / "out" / "image_policy.json").read_text())["weights_sha256"]
+    assert digest == hashlib.sha256(kept).hexdigest()
+
+
 def test_where_nothing_is_held_out_a_policy_is_trained_and_the_page_says_so(world, tmp_path_factory, tmp_path):
     alone = write_world(tmp_path_factory.mktemp("alone"), sources={"0000": "0000"}, frame_count=13)
     facts = world.make(tmp_path / "out", **{name: alone[name] for name in ("dataset", "rendered_episodes")})

@@ -51,7 +51,7 @@ def episodes(dataset) -> list[int]:
 
 def fit(dataset, config, episodes, folder, plan=PLAN):
     statistics = training_statistics(dataset, episodes)
-    return train(dataset, episodes, config, None, statistics, plan, folder / "training")
+    return train(dataset, episodes, config, None, (), statistics, plan, folder / "training")
 
 
 def digests(folder: Path, trained) -> dict[str, str]:

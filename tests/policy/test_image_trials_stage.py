@@ -24,7 +24,8 @@ from sim1.policy.image_trials.measures import read_result
 from sim1.policy.image_trials.stage import ImageTrialsConfig, check_image_trials, image_trials
 from sim1.policy.results_page import results
 from sim1.policy.time_limit import TimeLimit
-from sim1.policy.trials import BROKEN, REALITY, Bench
+from sim1.policy.trials import BROKEN, Bench
+from sim1.policy.worlds import REALITY
 from sim1.stage import BadInput
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # of torch and torchvision, not of this project

@@ -5,6 +5,7 @@ import pytest
 
 from sim1.policy.ablation_page import result_sections
 from sim1.policy.stage import AblationReportConfig, ablation_report, check_ablation_report
+from sim1.policy.worlds import REALITY, SIMULATOR
 from sim1.stage import BadInput
 
 
@@ -24,13 +25,14 @@ def decisions(folder, accepted, rejected):
     return folder
 
 
-def trials(folder, successes, failures, size=8, seeds=1):
+def trials(folder, successes, failures, size=8, seeds=1, world=REALITY):
     """So many successes at the largest size, dealt to networks in turn; at a smaller one everything fails."""
     folder.mkdir(parents=True)
     flags = [True] * successes + [False] * failures
     numbers = range(len(flags))
     table = pd.DataFrame(
         {
+            "world": world,
             "trained_on": "generated",
             "size": size,
             "seed": [number % seeds for number in numbers],
@@ -132,6 +134,21 @@ def test_the_table_has_how_many_trajectories_taught_and_the_difference_to_the_ba
     assert difference["base (all parts)"] == "None"
     assert difference["slicing"] == "not run"
     assert "One network alone drove everywhere here" in said
+
+
+def test_variants_that_drive_in_simulators_of_their_own_are_no_pairs(tmp_path, inputs):
+    """Where there is no stand-in reality each is tried in the simulator that made its own data."""
+    inputs["policy"] = {"": trials(tmp_path / "own", 3, 7, world=SIMULATOR)}
+    inputs["other_network/policy"] = {"": trials(tmp_path / "other", 5, 5, world=SIMULATOR)}
+    ablation_report(inputs, tmp_path, AblationReportConfig())
+    assert [finding.name for finding in check_ablation_report(tmp_path) if not finding.passed] == []
+    found = rows(tmp_path)
+    assert found["other_network"]["over_base"] is None
+    assert found["minimum_jerk"]["over_base"] is None  # its trials in the stand-in have no partner
+    shown, said = table_of(tmp_path)
+    assert shown["other_network"]["Average minus base (points)"] == "no placement in common"
+    assert "Closed loop in the simulator that made the training data" in said
+    assert "both worlds" in said
 
 
 def test_a_variant_without_a_policy_of_its_own_differs_in_no_success(tmp_path, inputs):

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from sim1.policy import paper
-from sim1.policy.cost import paper_simulation, read_prices, read_timings, real_collection
+from sim1.policy.cost import PER_TRAJECTORY_STAGES, paper_simulation, read_prices, read_timings, real_collection
 from sim1.policy.stage import CostReportConfig, check_cost_report, cost_report
 from sim1.stage import BadInput
 
@@ -22,6 +22,13 @@ def inputs(tmp_path):
         table = pd.DataFrame({"accepted": accepted, "success": True, "perturbed": False, "reason": ""})
         table.to_parquet(folders[garment] / "decisions.parquet")
     return {"valid_trajectories": folders, "prices": {"": PRICES}}
+
+
+def test_stages_that_took_no_time_are_no_pace(inputs, tmp_path):
+    path = tmp_path / "timings.json"
+    path.write_text(json.dumps({stage: {"towel": 0.0} for stage in PER_TRAJECTORY_STAGES}))
+    cost_report({**inputs, "timings": {"": path}}, tmp_path, CostReportConfig())
+    assert len(json.loads((tmp_path / "costs.json").read_text())["methods"]) == 2  # this machine is not among them
 
 
 @pytest.fixture

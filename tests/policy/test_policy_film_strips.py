@@ -9,7 +9,8 @@ from sim1.policy.lessons import GENERATED, REAL, ModelKey
 from sim1.policy.rollout import Driving
 from sim1.policy.time_limit import TimeLimit
 from sim1.policy.trial_strips import chosen, draw_trials
-from sim1.policy.trials import BROKEN, SIMULATOR, Bench, Trial, TrialSettings, run_trial
+from sim1.policy.trials import BROKEN, Bench, Trial, TrialSettings, run_trial
+from sim1.policy.worlds import SIMULATOR
 
 PIXEL = np.zeros((2, 3, 3), np.uint8)
 

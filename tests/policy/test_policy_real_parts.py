@@ -18,7 +18,8 @@ from sim1.dataset.stage import DatasetConfig, dataset
 from sim1.episode import RATE_HZ, Episode, write_episode
 from sim1.policy.episodes import read_keypoints, read_rate_hz, read_trajectories
 from sim1.policy.stage import PolicyConfig, check_policy, policy
-from sim1.policy.trials import REALITY, SIMULATOR, open_bench
+from sim1.policy.trials import open_bench
+from sim1.policy.worlds import REALITY, SIMULATOR
 from sim1.recording.stage import RealityConfig, reality
 from sim1.render.appearance import SCHEMA
 from sim1.scene.stage import SceneConfig, scene

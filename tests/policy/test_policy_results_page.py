@@ -9,7 +9,10 @@ from matplotlib.figure import Figure
 
 from sim1.policy import paper
 from sim1.policy.ablation import PAPER_METHODS
+from sim1.policy.ablation import SCHEMA as ABLATION_SCHEMA
+from sim1.policy.cost_page import SCHEMA as COST_SCHEMA
 from sim1.policy.experiment import ABOUT_SCHEMA
+from sim1.policy.image.measures import SCHEMA as IMAGE_SCHEMA
 from sim1.policy.lessons import GENERATED, REAL
 from sim1.policy.results_page import PARTS, results
 from sim1.policy.stage import (
@@ -20,6 +23,7 @@ from sim1.policy.stage import (
     cost_report,
     scaling_report,
 )
+from sim1.policy.worlds import REALITY
 from sim1.report import write_report
 
 ROOT = Path(__file__).parents[2]
@@ -31,7 +35,7 @@ def a_policy(folder, seeds=(0,)):
     folder.mkdir()
     rows = [
         {
-            "trained_on": kind, "size": size, "seed": seed, "garment": "towel", "shift": shift, "trial": number,
+            "world": REALITY, "trained_on": kind, "size": size, "seed": seed, "garment": "towel", "shift": shift, "trial": number,
             "success": number < wins, "failure": None if number < wins else "slip",
         }
         for kind, size, wins in ((GENERATED, 2, 1), (GENERATED, 16, 20), (REAL, 8, 10))
@@ -244,6 +248,30 @@ def test_an_artifact_of_another_version_or_damaged_is_named_and_the_others_are_s
     assert "curve.json" in sections[0].paragraphs[0]
     assert "make scaling_report again" in sections[0].paragraphs[0]
     assert section(sections, "Ablation").table
+
+
+@pytest.mark.parametrize(
+    ("stage", "file", "text"),
+    [
+        ("ablation_report", "table.json", json.dumps({"schema": ABLATION_SCHEMA})),
+        ("cost_report", "costs.json", json.dumps({"schema": COST_SCHEMA, "methods": "none"})),
+        ("image_policy", "image_policy.json", json.dumps({"schema": IMAGE_SCHEMA, "points": [{"pictures": 3}]})),
+    ],
+)
+def test_an_artifact_whose_content_is_not_what_its_version_says_does_not_take_the_page_away(
+    made, tmp_path, stage, file, text
+):
+    (tmp_path / file).write_text(text)
+    sections = results({**made, stage: {"": tmp_path}}, {})
+    [said] = [one.paragraphs[0] for one in sections if one.paragraphs[0].startswith("Cannot be shown")]
+    assert f"(stage {stage})" in said
+    assert section(sections, "Success by shift").table
+
+
+def test_decisions_without_a_column_do_not_take_the_page_away(made, tmp_path):
+    pd.DataFrame({"accepted": [True]}).to_parquet(tmp_path / "decisions.parquet")
+    sections = results({**made, "valid_trajectories": {"towel": tmp_path}}, {})
+    assert "KeyError" in section(sections, "Generated episodes").paragraphs[0]
 
 
 def test_the_page_says_what_is_a_stand_in_and_whose_figures_stand_there(made, tmp_path):

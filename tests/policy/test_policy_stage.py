@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -101,6 +102,73 @@ def test_without_real_demonstrations_it_is_said_why(tmp_path, dataset, bench):
     (tmp_path / "s").mkdir()
     scaling_report({"policy": {"": tmp_path / "p"}}, tmp_path / "s", ScalingReportConfig())
     assert "nobody asked" in (tmp_path / "s" / "report.html").read_text()
+
+
+def test_demonstrations_that_nobody_asks_to_learn_from_are_not_said_to_be_missing(
+    tmp_path, dataset, bench, trajectories
+):
+    demos = {"towel": write_demonstrations(tmp_path / "demos", trajectories[:3])}
+    (tmp_path / "p").mkdir()
+    policy({"dataset": {"": dataset.path}, "real_demos": demos}, tmp_path / "p", replace(CONFIG, real_sizes=()))
+    said = json.loads((tmp_path / "p" / "policy.json").read_text())["no_real_demonstrations"]
+    assert said == "none were asked for"
+
+
+def test_the_fact_of_standing_still_is_of_the_trajectories_that_the_error_beside_it_is_of(
+    tmp_path, dataset, bench, trajectories
+):
+    demos = {"towel": write_demonstrations(tmp_path / "demos", trajectories[:4])}
+    (tmp_path / "p").mkdir()
+    facts = policy({"dataset": {"": dataset.path}, "real_demos": demos}, tmp_path / "p", CONFIG)
+    tested = pd.read_parquet(tmp_path / "p" / "open_loop.parquet")
+    own = tested[(tested["trained_on"] == GENERATED) & (tested["tested_on"] == GENERATED) & (tested["size"] == 6)]
+    assert facts["standing_still_joint_error_rad"] == pytest.approx(own["hold_joint_error_rad"].mean())
+    assert facts["standing_still_joint_error_rad"] != pytest.approx(tested["hold_joint_error_rad"].mean())
+
+
+def test_a_network_that_diverges_is_named_with_the_setting_before_it_drives(tmp_path, dataset, bench):
+    with pytest.raises(
+        BadInput, match=r"seed 0: its weights are no numbers after 60 steps; set a smaller learning_rate than 1e\+20"
+    ):
+        policy({"dataset": {"": dataset.path}}, tmp_path, replace(CONFIG, learning_rate=1e20))
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"seeds": ()},
+        {"seeds": (1, 1)},
+        {"shifts": ("spatial", "spatial")},
+        {"friction_factors": ()},
+        {"friction_factors": (-1.0,)},
+    ],
+)
+def test_settings_that_no_trial_can_follow_are_refused_before_anything_is_trained(settings):
+    with pytest.raises(ValueError, match=next(iter(settings))):
+        PolicyConfig(**settings)
+
+
+def test_a_run_that_is_killed_while_it_tidies_up_can_be_run_again(tmp_path, dataset, bench, monkeypatch):
+    """Half of what it kept is gone then: all of it is made again."""
+
+    remove = shutil.rmtree
+
+    def die(folder, **options):
+        if folder.name == "trials.gone" and folder.exists():
+            raise KeyboardInterrupt
+        remove(folder, **options)
+
+    inputs, out = {"dataset": {"": dataset.path}}, tmp_path / "p"
+    out.mkdir()
+    with monkeypatch.context() as patch:
+        patch.setattr(shutil, "rmtree", die)
+        with pytest.raises(KeyboardInterrupt):
+            policy(inputs, out, CONFIG)
+    assert (out / "trials.gone").exists()
+    shutil.rmtree(out / "trials.gone" / "episodes")
+    policy(inputs, out, CONFIG)
+    assert failed(check_policy(out)) == []
+    assert [path.name for path in out.glob("trials*") if path.is_dir()] == []
 
 
 def test_held_out_trajectories_never_train(artifact, dataset):

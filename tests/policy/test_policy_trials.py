@@ -18,7 +18,8 @@ from sim1.policy.stage import (
     policy,
 )
 from sim1.policy.training import TrainingPlan, train
-from sim1.policy.trials import BROKEN, SIMULATOR, Bench, rubbed
+from sim1.policy.trials import BROKEN, Bench, rubbed
+from sim1.policy.worlds import SIMULATOR
 from sim1.stage import BadInput
 
 

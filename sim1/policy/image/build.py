@@ -3,7 +3,7 @@
 import contextlib
 import dataclasses
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from sim1.policy.image.policy_file import PolicyFile, Size
 from sim1.stage import BadInput
 
 TAKEN_UP = 0.5  # share of the published tensors that must be found in the policy: lerobot renames some
+PROBED = 256  # numbers of a tensor by which it is known again, whatever it is called
 _OTHERS = "these are weights of another policy, or the settings in the policy file do not fit them"
 
 
@@ -71,17 +72,22 @@ def policy_config(
         }
         config.output_features = {ACTION: features[ACTION]}
         config.validate_features()
-    except (draccus.utils.DraccusException, ValueError, NotImplementedError) as error:
+    except (draccus.utils.DraccusException, TypeError, ValueError, NotImplementedError) as error:
         said = f"{error} {error.__cause__ or ''}".strip()
         raise BadInput(f"{path}: settings of a {file.type} policy at size {size}: {said}; correct the file") from error
     return config
 
 
-def new_policy(config: PreTrainedConfig, weights: Path | None) -> PreTrainedPolicy:
+def new_policy(config: PreTrainedConfig, weights: Path | None, fresh: Sequence[str] = ()) -> PreTrainedPolicy:
     """A policy with random weights (from torch's random state), or with published ones.
 
+    Args:
+        config: of the policy.
+        weights: folder of published ones.
+        fresh: beginnings of names of parameters that these do not have, and that may begin at random beside them.
+
     Raises:
-        BadInput: lerobot did not take up the published weights; some of its policies only print so and go on.
+        BadInput: lerobot did not take up the published weights, or they lack parameters; some of its policies only print so and go on.
     """
     kind = get_policy_class(config.type)
     with _silence():
@@ -97,6 +103,14 @@ def new_policy(config: PreTrainedConfig, weights: Path | None) -> PreTrainedPoli
         raise BadInput(
             f"{weights}/model.safetensors: {100 * share:.0f} % of its tensors are in the {config.type} policy that lerobot "
             f"made of it, at least {100 * TAKEN_UP:.0f} % are expected; {_OTHERS}"
+        )
+    if lacking := [
+        name for name in _untouched(policy, weights / "model.safetensors") if not name.startswith(tuple(fresh))
+    ]:
+        some = ", ".join(lacking[:3]) + (f" and {len(lacking) - 3} others" if len(lacking) > 3 else "")
+        raise BadInput(
+            f"{weights}/model.safetensors: {len(lacking)} parameters of the {config.type} policy are not in it and would begin at random "
+            f"({some}); take weights of the whole policy, or name them under needs.weights.fresh of the policy file"
         )
     return policy.to(config.device)
 
@@ -164,6 +178,20 @@ def _share_taken_up(policy: PreTrainedPolicy, path: Path) -> float:
             theirs = file.get_tensor(name)
             found += mine is not None and mine.shape == theirs.shape and _alike(mine.cpu(), theirs.to(mine.dtype))
     return found / max(len(names), 1)
+
+
+def _untouched(policy: PreTrainedPolicy, path: Path) -> list[str]:
+    """Names of the policy's parameters that are in no tensor of the file, whatever that calls them."""
+    with safetensors.safe_open(path, framework="pt") as file:
+        known = {_probe(file.get_tensor(name)) for name in file.keys()}  # noqa: SIM118, not a dict
+    return [name for name, item in policy.named_parameters() if _probe(item) not in known]
+
+
+def _probe(tensor: torch.Tensor) -> tuple[torch.Size, bytes]:
+    """Shape and some numbers of a tensor, as coarse as the coarsest type in which weights are published or loaded."""
+    flat = tensor.detach().cpu().flatten()
+    some = flat[:: max(1, flat.numel() // PROBED)].to(torch.bfloat16)
+    return tensor.shape, some.view(torch.int16).numpy().tobytes()
 
 
 def _alike(mine: torch.Tensor, theirs: torch.Tensor) -> bool:

@@ -29,9 +29,10 @@ from sim1.policy.image.stage import ImagePolicyConfig
 from sim1.policy.image.training import TrainingPlan, train
 from sim1.policy.image.views import choose_trajectories, write_views
 from sim1.progress import report, within
-from sim1.stage import Facts, Inputs, only
+from sim1.stage import BadInput, Facts, Inputs, only
 
 POLICY, VIEWS, FRAMES, TRAINING = "policy", "views", "frames", "training"  # folders; the last two while at work
+BEGUN_FROM = "weights.sha256"  # file in TRAINING
 RENDERED, TRAINED = 0.3, 0.9  # shares of the progress that are reached
 
 
@@ -42,6 +43,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
     path, file = find_policy(only(inputs, "policies"), config.policy)
     device = choose_device(path, file, config.device)
     weights = weights_folder(path, file.needs.weights) if file.needs.weights else None
+    fresh = file.needs.weights.fresh if file.needs.weights else ()
     rate_hz = read_rate_hz(dataset)
     chunk_frames = max(2, round(config.chunk_s * rate_hz))
     features = read_features(dataset)
@@ -60,9 +62,10 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
         workers=config.workers,
         checkpoint_s=config.checkpoint_s,
     )
+    weights_sha256 = _begun_from(out / TRAINING, weights) if weights else None
     with within(RENDERED if shown else 0.0, TRAINED):
         if not (out / POLICY).exists():
-            _keep(out, *train(dataset, episodes, settings, weights, statistics, plan, out / TRAINING))
+            _keep(out, *train(dataset, episodes, settings, weights, fresh, statistics, plan, out / TRAINING))
         trained = load(out / POLICY, device)
     losses = read_table(out / "training.parquet")["loss"].tolist()
 
@@ -79,7 +82,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
         "device": device,
         "parameter_count": sum(item.numel() for item in trained.policy.parameters()),
         "inputs": sorted(settings.input_features),
-        "weights_sha256": _digest(weights / "model.safetensors") if weights else None,
+        "weights_sha256": weights_sha256,
         "rate_hz": rate_hz,
         "chunk_frames": chunk_frames,
         "training": {"steps": plan.steps, "batch": plan.batch, "seed": plan.seed},
@@ -127,6 +130,26 @@ def _elevations_deg(out: Path) -> dict[str, float]:
         for shift, look in turned.items()
         if shift.startswith("viewpoint")
     }
+
+
+def _begun_from(training: Path, weights: Path) -> str:
+    """Digest of the published weights from which a training begins, or began before it was interrupted.
+
+    Raises:
+        BadInput: it began from others.
+    """
+    path, note = weights / "model.safetensors", training / BEGUN_FROM
+    now = _digest(path)
+    training.mkdir(exist_ok=True)
+    before = note.read_text() if note.exists() else now
+    if before != now:
+        raise BadInput(
+            f"{path}: is not what the interrupted training began from (SHA-256 {now[:16]}..., it was {before[:16]}...); "
+            "put that back, or remove what is kept with `sim1 clean` and run again"
+        )
+    note.with_suffix(".part").write_text(now)
+    note.with_suffix(".part").replace(note)
+    return now
 
 
 def _keep(out: Path, trained: Trained, losses: Sequence[float]) -> None:

@@ -10,7 +10,7 @@ import pydantic
 
 from sim1.policy.counting import read_figures
 from sim1.policy.image.shifts import IN_DOMAIN, TITLES
-from sim1.stage import random_stream
+from sim1.stage import BadInput, random_stream
 from sim1.statistics import Interval, bootstrap_mean_interval
 
 SCHEMA = "sim1.image_policy_result/2"  # of image_policy.json
@@ -55,7 +55,10 @@ def read_points(artifact: Path) -> list[Point]:
         BadInput: missing, damaged, or of another version.
     """
     found = read_figures(artifact / "image_policy.json", SCHEMA, "image_policy")
-    return pydantic.TypeAdapter(list[Point]).validate_python(found["points"])
+    try:
+        return pydantic.TypeAdapter(list[Point]).validate_python(found.get("points"))
+    except pydantic.ValidationError as error:
+        raise BadInput(f"{artifact}/image_policy.json: points: {error}; make image_policy again") from error
 
 
 def _point(name: str, errors: pd.DataFrame, per_trajectory: pd.DataFrame, seed: int) -> Point:

@@ -31,6 +31,7 @@ class Weights:
 
     folder: str = Field(min_length=1)  # of config.json and model.safetensors; relative to the policy file's folder
     source: str = Field(min_length=1)  # repository of the Hugging Face hub that publishes them
+    fresh: tuple[str, ...] = ()  # beginnings of names of parameters that these do not have and that begin at random
 
 
 @stage_config

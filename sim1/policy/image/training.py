@@ -41,6 +41,7 @@ def train(
     episodes: Sequence[int],
     config: PreTrainedConfig,
     weights: Path | None,
+    fresh: Sequence[str],
     statistics: Statistics,
     plan: TrainingPlan,
     folder: Path,
@@ -52,6 +53,7 @@ def train(
         episodes: the training part.
         config: of the policy.
         weights: published ones to start from, or None.
+        fresh: see `new_policy`.
         statistics: of those episodes, for the normalisation.
         plan: how long, in which order.
         folder: keeps the state of the training while it is under way.
@@ -61,7 +63,7 @@ def train(
     """
     frames = open_frames(dataset, episodes, config)
     with one_thread(), seeded_context(plan.seed):
-        policy = new_policy(config, weights)
+        policy = new_policy(config, weights, fresh)
         prepare, restore = processors(config, statistics)
         preset = config.get_optimizer_preset()
         optimizer = preset.build(policy.get_optim_params())

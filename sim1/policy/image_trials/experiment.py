@@ -27,7 +27,7 @@ from sim1.policy.lessons import GENERATED, REAL, SIMULATED, ModelKey, read_lesso
 from sim1.policy.rollout import Driving
 from sim1.policy.stage import PolicyConfig
 from sim1.policy.time_limit import TimeLimit, time_limits
-from sim1.policy.trial_crew import make_trials
+from sim1.policy.trial_crew import make_trials, tidy_up
 from sim1.policy.trial_strips import draw_trials
 from sim1.policy.trials import TrialSettings
 from sim1.progress import report
@@ -75,8 +75,8 @@ def run_experiment(inputs: Inputs, out: Path, config: ImageTrialsConfig) -> Fact
     for shift, figure in draw_trials(rows, strips).items():
         save_figure(figure, out / f"trials_{shift}.png", dpi=110)
     write_page(out, tried, about)
-    for folder in (TRIALS, FILES):
-        shutil.rmtree(out / folder, ignore_errors=True)
+    shutil.rmtree(out / FILES, ignore_errors=True)
+    tidy_up(out / TRIALS)
     return _facts(about, tried)
 
 
@@ -151,5 +151,5 @@ def _facts(about: Mapping[str, Any], tried: list[ShiftTried]) -> Facts:
         "trial_count": sum(one.trial_count for one in shown),
         "success_count": sum(one.success_count for one in shown),
         "shifts": [{"shift": one.shift, "trials": one.trial_count, "successes": one.success_count} for one in shown],
-        "stand_in": "rendered pictures, a simulated stand-in for reality, a scripted expert; no robot",
+        "stand_in": "rendered pictures, simulated cloth, a scripted expert; no robot",
     }

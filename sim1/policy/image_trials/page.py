@@ -15,12 +15,12 @@ from sim1.policy.tried import said_of_intervals
 from sim1.report import Picture, Section, write_report
 
 LEAD = (
-    "A policy that sees rendered pictures and joint angles drives the arms in a simulated stand-in for reality, as it was trained and with "
+    "A policy that sees rendered pictures and joint angles drives the arms of a simulated cell, as it was trained and with "
     "one thing changed. All figures are from simulation with a scripted expert: no robot was used."
 )
 STAND_INS = [
-    "Pictures are rendered while the cloth is simulated, in the stand-in reality (where there are recordings of real cloth: in the cell that made "
-    "the data), with another fabric, air, friction and finer steps than the training data had. Demonstrations are a scripted expert's (a person's "
+    "Pictures are rendered while the cloth is simulated, in the stand-in reality, with another fabric, air, friction and finer steps than the training data had "
+    "(where there are recordings of real cloth: in the cell that made the data). Demonstrations are a scripted expert's (a person's "
     "where data/demonstrations/ has commands for the garment). The cameras stand where the scene has them and the pictures come without delay and "
     "without a video codec's loss, which training pictures have. A success rate here says nothing yet about a real one.",
 ]

@@ -14,7 +14,7 @@ COLOR, PAPER_COLOR = "#1f6fb4", "#8a8f98"
 def draw_success(tried: Sequence[ShiftTried]) -> Figure:
     """Success by shift with intervals, and what the paper prints for a real robot."""
     figure = Figure(figsize=(7.5, 1.7 + 0.45 * len(tried)), layout="constrained")
-    figure.suptitle("Closed loop with rendered pictures (simulated stand-in for reality)", fontsize=11)
+    figure.suptitle("Closed loop with rendered pictures, simulated", fontsize=11)
     axes = figure.subplots()
     rows = np.arange(len(tried))
     for row, one in zip(rows, tried):

@@ -2,11 +2,12 @@
 
 import math
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from sim1.stage import Facts, Finding, Inputs, stage_config
+from sim1.policy.stage import Factors
+from sim1.stage import Facts, Finding, Inputs, distinct, stage_config
 
 type ImageShift = Literal["in-domain", "spatial", "texture", "lighting", "viewpoint"]
 
@@ -19,7 +20,7 @@ class ImageTrialsConfig:
         0  # of placements and looks; with the seed of stage `policy`, networks of one seed meet the same placements
     )
     trial_count: int = Field(2, ge=0)  # per garment and shift
-    shifts: tuple[ImageShift, ...] = (
+    shifts: Annotated[tuple[ImageShift, ...], AfterValidator(distinct)] = (
         "in-domain",
         "spatial",
         "texture",
@@ -37,7 +38,7 @@ class ImageTrialsConfig:
     shift_m: float = Field(0.08, ge=0)  # spatial: moved within this radius (paper, section 4.1: 8 cm)
     turn_rad: float = Field(math.radians(15), ge=0)  # and turned within this angle (paper: 15 degrees)
     viewpoint_deg: float = Field(5.0, ge=0, le=30)  # viewpoint: below and above all that training has seen, in turn
-    friction_factors: tuple[float, ...] = (0.6, 1.6)  # texture: of all contacts, in turn
+    friction_factors: Factors = (0.6, 1.6)  # texture: of all contacts, in turn
     time_factor: float = Field(1.2, gt=0)  # a trial lasts this many times its garment's longest real demonstration
     device: Literal["auto", "cpu", "gpu"] = "auto"  # of the policy; gpu is not deterministic
     processes: int = Field(0, ge=0, exclude=True)  # trials at once; 0: one per core; no part of the recipe
