@@ -6,17 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image, ImageDraw
 
-from sim1.array_file import read_numbers
 from sim1.episode import Episode, episode_folders, read_episode
-from sim1.render.cameras import project
 from sim1.render.frame import MAX_MEAN, MIN_MEAN, MIN_SPREAD, is_lit, read_frame
 from sim1.render.job import FRAME_NAME
+from sim1.render.visible import MIN_CONTRAST, contrast, faces_of
 from sim1.stage import BadInput, Finding
-
-MIN_CONTRAST = 8.0  # distance of the garment's mean colour from its surroundings', grey levels
-MIN_SHARE = 0.01  # of the picture that the garment covers in the first frame
 
 
 @dataclass
@@ -39,7 +34,7 @@ def check_frames(artifact: Path) -> list[Finding]:
     """
     found = _Faults()
     file = artifact / "garment.npz"
-    faces = _faces(file)
+    faces = faces_of(file)
     for folder in episode_folders(artifact):
         try:
             episode = read_episode(folder)
@@ -109,7 +104,7 @@ def _check_camera(
         if not is_lit(image):
             found.dark.append(f"{place}/{file.name}: mean {image.mean():.1f}, spread {image.std():.1f} ({look})")
         if number == 0 and not camera["moves"] and faces is not None:
-            found.contrasts.append(_contrast(image, episode.garment_m[0], faces, camera))
+            found.contrasts.append(contrast(image, episode.garment_m[0], faces, camera))
             if found.contrasts[-1] < MIN_CONTRAST:
                 found.hidden.append(f"{place}: {found.contrasts[-1]:.1f} ({look})")
 
@@ -117,39 +112,3 @@ def _check_camera(
 def _finding(name: str, faults: list[str], fine: str, remedy: str) -> Finding:
     detail = f"{len(faults)} at fault: {'; '.join(faults[:3])}; {remedy}" if faults else fine
     return Finding(name=name, passed=not faults, detail=detail)
-
-
-def _faces(file: Path) -> np.ndarray | None:
-    """Faces of the garment (f, 3); None where the file is damaged."""
-    try:
-        return read_numbers(file, {"faces": ("f", 3)})["faces"]
-    except BadInput:
-        return None
-
-
-def _contrast(image: np.ndarray, garment_m: np.ndarray, faces: np.ndarray, camera: dict) -> float:
-    """Colour distance between the garment's pixels and a frame around them; 0 where the garment is out of the picture."""
-    height, width = camera["height"], camera["width"]
-    pixels, depth_m = project(
-        garment_m,
-        camera_to_world=np.array(camera["camera_to_world"]),
-        fy_over_height=camera["fy_px"] / height,
-        width=width,
-        height=height,
-    )
-    canvas = Image.new("1", (width, height))
-    draw = ImageDraw.Draw(canvas)
-    for face in faces[(depth_m[faces] > 0).all(axis=1)]:
-        draw.polygon([tuple(pixel) for pixel in pixels[face].tolist()], fill=1)
-    mask = np.asarray(canvas)
-    if mask.mean() < MIN_SHARE:
-        return 0.0
-    rows, columns = np.nonzero(mask)
-    margin = max(2, round(0.08 * height))
-    top, left = max(rows.min() - margin, 0), max(columns.min() - margin, 0)
-    around = np.zeros_like(mask)
-    around[top : rows.max() + margin + 1, left : columns.max() + margin + 1] = True
-    around[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1] = False
-    if not around.any():
-        return 0.0
-    return float(np.linalg.norm(image[mask].mean(axis=0) - image[around].mean(axis=0)))

@@ -2,7 +2,7 @@
 
 import hashlib
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -26,8 +26,14 @@ type Choice = Callable[[str, np.ndarray], Sequence[Appearance]]
 rendered."""
 
 
-def drawn(looks: Path, garment: str, config: RenderConfig) -> Choice:
+def drawn(looks: Path, garment: str, config: RenderConfig, again: Mapping[tuple[str, int], int]) -> Choice:
     """`config.variants` appearances drawn from the files in a folder.
+
+    Args:
+        looks: the folder.
+        garment: whose episodes they are.
+        config: seed and how many.
+        again: trajectory and number of the appearance -> how often it is drawn anew, as the garment was not seen in what was drawn before.
 
     Raises:
         BadInput: a file or an entry is at fault.
@@ -37,7 +43,9 @@ def drawn(looks: Path, garment: str, config: RenderConfig) -> Choice:
     def choose(name: str, texture: np.ndarray) -> list[Appearance]:
         return [
             draw_appearance(
-                partial(random_stream, config.seed, "appearance", garment, name, variant),
+                partial(
+                    random_stream, config.seed, "appearance", garment, name, variant, *_again(again, name, variant)
+                ),
                 known,
                 scanned=texture,
                 scanned_share=config.scanned_share,
@@ -47,6 +55,11 @@ def drawn(looks: Path, garment: str, config: RenderConfig) -> Choice:
         ]
 
     return choose
+
+
+def _again(again: Mapping[tuple[str, int], int], name: str, variant: int) -> tuple[str | int, ...]:
+    times = again.get((name, variant), 0)
+    return ("again", times) if times else ()
 
 
 def plan_job(

@@ -34,7 +34,7 @@ def plan(inputs, out: Path, config: RenderConfig):
         trajectories=inputs["valid_trajectories"]["towel"],
         mesh=inputs["garment_mesh"]["towel"],
         scene=inputs["scene"]["towel"],
-        choice=drawn(inputs["appearance"]["towel"], "towel", config),
+        choice=drawn(inputs["appearance"]["towel"], "towel", config, {}),
         garment="towel",
         out=out,
         folder=out.with_suffix(".job"),
