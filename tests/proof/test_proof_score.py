@@ -7,7 +7,7 @@ import pytest
 
 from sim1.mismatch.summary import Shown
 from sim1.proof.page import said
-from sim1.proof.place import place_auc
+from sim1.proof.place import NOTHING_N_M2, place_auc
 from sim1.proof.ranking import over_limit
 from sim1.proof.score import Found, Number, Outcome, is_right
 from sim1.proof.totals import confusion_of, share_of, totals_of
@@ -195,3 +195,5 @@ def test_a_force_found_where_it_was_concealed_scores_one_and_elsewhere_none():
     assert scored(1 - concealed) == pytest.approx(0.0)
     answers["a/missing_n_m2"] = np.ones((50, 10))
     assert scored(concealed) is None  # what acts everywhere has no place
+    answers["a/missing_n_m2"] = 0.9 * NOTHING_N_M2 * concealed
+    assert scored(concealed) is None  # rounding is no force
