@@ -10,11 +10,12 @@ from pathlib import Path
 from threading import Lock
 
 from sim1.mismatch.strict_json import read_json
+from sim1.proof.closure import code_sha256
 from sim1.proof.draw import Case
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.laboratory import Laboratory, filmed
 from sim1.proof.processes import NotDone, Processes
-from sim1.proof.seal import code_sha256, commit
+from sim1.proof.seal import commit
 from sim1.proof.unseen import MODELS
 from sim1.stage import BadInput
 
@@ -32,7 +33,7 @@ class Campaign:
     diagnose: tuple[str, ...]  # command; a bundle and --out FOLDER are put behind it
     predict: tuple[str, ...]  # command; a bundle, --model FILE and --out FILE are put behind it
     environment: Mapping[str, str]  # of both
-    package: Path  # folder of the diagnosing code
+    code: Path  # folder of the packages with the diagnosing code
     tell: Callable[[str], None]  # lines for a person
     parallel: int = 1
     limit_s: float = LIMIT_S
@@ -88,7 +89,7 @@ def _whole_case(campaign: Campaign, case: str) -> Record | None:
 def _prepare(campaign: Campaign, case: str) -> Record | None:
     """Film a case unless that is done, and commit to its answers and films. Returns a record only where that fails."""
     files, asked = campaign.files, campaign.cases()[case]
-    answers, code = files.answers(case), code_sha256(campaign.package)
+    answers, code = files.answers(case), code_sha256(campaign.code)
     files.record(case).unlink(missing_ok=True)
     try:
         places = files.bundle(case), files.unseen(case), answers
@@ -111,7 +112,7 @@ def _prepare(campaign: Campaign, case: str) -> Record | None:
 
 def _diagnosed(campaign: Campaign, case: str) -> Record:
     """Diagnose a case from its bundle alone, in a process of its own."""
-    files, before = campaign.files, code_sha256(campaign.package)
+    files, before = campaign.files, code_sha256(campaign.code)
     bundle, found, scratch = files.bundle(case), files.found(case), files.found(f".{case}.{getpid()}")
     shutil.rmtree(found, ignore_errors=True)
     scratch.mkdir(
@@ -165,7 +166,7 @@ def _record(
         error=error,
         seconds=None if seconds is None else round(seconds, 3),
         code_sha256=code,
-        code_changed=code_sha256(campaign.package) != code,
+        code_changed=code_sha256(campaign.code) != code,
         cores=cpu_count() or 1,
         parallel=campaign.parallel,
     )

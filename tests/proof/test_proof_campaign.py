@@ -172,7 +172,7 @@ def test_what_is_still_to_come_is_not_told(tmp_path):
 
 def test_code_that_changes_during_the_campaign_is_told(tmp_path):
     prove(campaign(tmp_path, (DRAG, NULL)), only_films=True)
-    code = tmp_path / "code" / "mismatch" / "a.py"
+    code = tmp_path / "code" / "sim1" / "mismatch" / "a.py"
     first = rewrite(Files(tmp_path / "out"))
     code.write_text("a = 2\n")
     proof = prove(campaign(tmp_path, ()))

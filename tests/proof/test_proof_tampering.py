@@ -41,7 +41,7 @@ FILMS = {
     "changed": (_swap_film, r"bundles/case_001/bundle.yaml: changed since it was committed to"),
     "added": (
         lambda bundle: (bundle / "more.yaml").write_text("{}"),
-        r"bundles/case_001/more.yaml: came after the film was committed to",
+        r"bundles/case_001/more.yaml: came after the others were committed to",
     ),
     "gone": (lambda bundle: (bundle / "bundle.yaml").unlink(), r"bundles/case_001/bundle.yaml: committed to at"),
 }
