@@ -7,10 +7,11 @@ import pydantic
 
 from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.strict_json import Strict, read_json
+from sim1.proof.answers import kind_from
 from sim1.proof.draw import Case
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.methods import Method, methods_of
-from sim1.proof.score import OtherCode, Outcome, is_right, kind_from, score
+from sim1.proof.score import OtherCode, Outcome, is_right, score
 from sim1.proof.seal import Commitment, check_committed, covers_films, read_commitments
 from sim1.proof.totals import Confusion, Totals, confusion_of, totals_of
 from sim1.stage import BadInput
