@@ -27,6 +27,7 @@ class Record(Strict):
     step: Literal["film", "seal", "diagnose"]  # the last one that was tried
     error: str | None  # why it failed
     seconds: pydantic.NonNegativeFloat | None  # of the diagnosis, all of it
+    not_foretold: dict[str, str] = pydantic.Field(default_factory=dict)  # model -> why it foretells no motion
     code_sha256: str  # of the diagnosing code before it
     code_changed: bool  # meanwhile
     cores: pydantic.PositiveInt  # of the machine

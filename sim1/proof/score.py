@@ -80,8 +80,9 @@ class Outcome(Strict):
     code_changed: bool
     found: Found | None  # None: failed
     unseen_mm: tuple[float | None, float | None] | None = (
-        None  # on motions that no diagnosis was given, before and after; None: not filmed
+        None  # on motions that no diagnosis was given, before and after; None: not filmed; a None in it: not foretold
     )
+    not_foretold: dict[str, str] = pydantic.Field(default_factory=dict)  # model, before or after -> why not
     oracle_mm: float | None  # held out, of a model that was told the effects; None: not asked, or it found no way
     oracle_unseen_mm: float | None = None  # the same on motions that no diagnosis was given
     oracle_s: float | None  # None: not asked
@@ -90,18 +91,35 @@ class Outcome(Strict):
     @property
     def gap_closed(self) -> float | None:
         """Share of what the oracle gains held out that the diagnosis gained; None where there was next to nothing to gain."""
-        after = self.found and self.found.heldout_mm[1]
+        if self.found is None:
+            return None
+        after = math.inf if self.heldout_lost else self.found.heldout_mm[1]
         return None if after is None else self.gap_closed_by(after)
 
     @property
     def unseen_gap_closed(self) -> float | None:
         """The same on motions that no diagnosis was given."""
         before, after = self.unseen_mm or (None, None)
+        after = math.inf if self.unseen_lost else after
         return None if after is None else _share_gained(before, after, self.oracle_unseen_mm)
 
+    @property
+    def heldout_lost(self) -> bool:
+        """Whether no simulation follows held-out motion with what was added, though one does without: infinitely far off."""
+        return self.found is not None and _lost(self.found.heldout_mm)
+
+    @property
+    def unseen_lost(self) -> bool:
+        """The same of motions that no diagnosis was given."""
+        return self.unseen_mm is not None and _lost(self.unseen_mm)
+
     def gap_closed_by(self, after_mm: float) -> float | None:
-        """The same of any other method's error held out."""
+        """The same of any other method's error held out; without end where that is infinite."""
         return _share_gained(self.found.heldout_mm[0], after_mm, self.oracle_mm) if self.found else None
+
+
+def _lost(errors_mm: tuple[float | None, float | None]) -> bool:
+    return errors_mm[0] is not None and errors_mm[1] is None
 
 
 def _share_gained(before: float | None, after: float, oracle: float | None) -> float | None:
@@ -157,6 +175,7 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
         code_changed=record.code_changed,
         found=found,
         unseen_mm=_unseen_mm(files, record.case) if found else None,
+        not_foretold=record.not_foretold,
         oracle_mm=oracle.heldout_mm if oracle else None,
         oracle_unseen_mm=oracle.unseen_mm if oracle else None,
         oracle_s=oracle.seconds if oracle else None,
