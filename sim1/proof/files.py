@@ -99,6 +99,14 @@ class Files:
         """How one of the models that the diagnosis wrote foretells them."""
         return self.root / "foretold" / case / f"{model}.parquet"
 
+    def findings(self, case: str) -> list[Path]:
+        """Folders of what the diagnosis of a case wrote, and its models foretold."""
+        return [self.found(case), self.root / "foretold" / case]
+
+    def written(self, case: str) -> list[Path]:
+        """All files in them, which are sealed when it ends."""
+        return sorted(path for folder in self.findings(case) for path in folder.rglob("*") if path.is_file())
+
     def found(self, case: str) -> Path:
         """What the diagnosis wrote."""
         return self.root / "found" / case
