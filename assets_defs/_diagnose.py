@@ -1,4 +1,7 @@
-"""`sim1 diagnose` and `sim1 predict`: what a simulator leaves out, and motion foretold with it put in."""
+"""`sim1 diagnose` and `sim1 predict`: what a simulator leaves out, and motion foretold with it put in.
+
+`sim1 prove` starts them by `python -m assets_defs._diagnose`: so that what it hashes is what diagnoses, and no other command with it.
+"""
 
 from pathlib import Path
 from typing import Annotated
@@ -66,3 +69,10 @@ def predict(
     except (BadInput, NotConverged) as error:
         stop(str(error))
     print(f"{rows} rows in {out}")
+
+
+if __name__ == "__main__":
+    alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    alone.command()(diagnose)
+    alone.command()(predict)
+    alone()

@@ -114,24 +114,25 @@ def _run(root: Path, wish, parallel: int, limit_s: float, only_films: bool):
     import sim1
     from pipeline.home import REPOSITORY
     from sim1.proof.campaign import Campaign
+    from sim1.proof.closure import ENTRY, code_sha256
     from sim1.proof.files import Files
     from sim1.proof.prove import prove
-    from sim1.proof.seal import code_sha256, read_commitments
+    from sim1.proof.seal import read_commitments
     from sim1.proof.start import open_campaign
 
-    files, package = Files(root), Path(sim1.__file__).parent
+    files, code = Files(root), Path(sim1.__file__).parents[1]
     films_here = (sys.executable, "-m", "benchmarks.concealed")
-    drawn = open_campaign(files, wish, films_here, REPOSITORY, code_sha256(package))
+    drawn = open_campaign(files, wish, films_here, REPOSITORY, code_sha256(code))
     made = read_commitments(root)[0]
     _say(f"{len(drawn.cases)} cases, committed at {made.at} to {made.sha256['answers/drawn.json']}")
     campaign = Campaign(
         files=files,
         drawn=drawn,
         home=REPOSITORY,
-        diagnose=(sys.executable, "-P", "-m", "assets_defs.cli", "diagnose"),
-        predict=(sys.executable, "-P", "-m", "assets_defs.cli", "predict"),
-        environment={**os.environ, "PYTHONPATH": str(package.parent)},  # this code, wherever it is started
-        package=package,
+        diagnose=(sys.executable, "-P", "-m", ENTRY, "diagnose"),
+        predict=(sys.executable, "-P", "-m", ENTRY, "predict"),
+        environment={**os.environ, "PYTHONPATH": str(code)},  # this code, wherever it is started
+        code=code,
         tell=_say,
         parallel=parallel,
         limit_s=limit_s,

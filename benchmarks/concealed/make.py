@@ -27,7 +27,7 @@ TRUTH_HZ = 60.0
 def make(case: Case, bundle: Path, answers: Path, held_out: Path | None = None) -> dict:
     """Film one case. Writes `bundle`, `answers` (and a .npz beside it) and, where asked, the bundle of held-out motions.
 
-    All files appear at once or not at all. Returns the answers.
+    All files appear at once or not at all, and are the same whenever they are made. Returns the answers, and how long it took.
     """
     started = time.perf_counter()
     setting = case.setting()
@@ -49,11 +49,10 @@ def make(case: Case, bundle: Path, answers: Path, held_out: Path | None = None) 
             until = HELD_OUT_KEEPS_S if wanted else np.inf
             _replace(folder, lambda place, c=chosen, u=until: write_bundle(place, stage, c, prior, friction, u))
     document = _document(case, stage, plan_list, effects, strengths, without, tracks)
-    document["made_in_s"] = round(time.perf_counter() - started, 1)
     arrays = _arrays(plan_list, effects, without, tracks, takes)
     _replace(answers.with_suffix(".npz"), lambda place: _save(place, arrays))
     _replace(answers, lambda place: place.write_text(json.dumps(document, indent=1) + "\n"))
-    return document
+    return document | {"made_in_s": round(time.perf_counter() - started, 1)}
 
 
 def _offsets(case: Case) -> dict[str, np.ndarray]:

@@ -26,8 +26,9 @@ from sim1.mismatch.heldout import held_out
 from sim1.mismatch.screen import screen, site_of
 from sim1.mismatch.search import Unknowns, baseline
 from sim1.mismatch.thresholds import THRESHOLDS
+from sim1.proof.answers import Answers, kind_of, read_answers
 from sim1.proof.draw import Case
-from sim1.proof.score import Answers, is_right, kind_of, read_answers
+from sim1.proof.score import is_right
 from sim1.recording.bundle import Bundle, read_bundle
 
 COLUMNS = ("whole", "no veto", "nothing measured", "screening alone", "not orthogonal")

@@ -1,6 +1,7 @@
 """Film, commit, diagnose, score: one case after the other, or several at once. What is whole stays, whatever happens."""
 
 import shutil
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -10,11 +11,13 @@ from pathlib import Path
 from threading import Lock
 
 from sim1.mismatch.strict_json import read_json
+from sim1.proof.closure import code_sha256
 from sim1.proof.draw import Case
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
+from sim1.proof.found_seal import begin, end
 from sim1.proof.laboratory import Laboratory, filmed
 from sim1.proof.processes import NotDone, Processes
-from sim1.proof.seal import code_sha256, commit
+from sim1.proof.seal import commit
 from sim1.proof.unseen import MODELS
 from sim1.stage import BadInput
 
@@ -32,7 +35,7 @@ class Campaign:
     diagnose: tuple[str, ...]  # command; a bundle and --out FOLDER are put behind it
     predict: tuple[str, ...]  # command; a bundle, --model FILE and --out FILE are put behind it
     environment: Mapping[str, str]  # of both
-    package: Path  # folder of the diagnosing code
+    code: Path  # folder of the packages with the diagnosing code
     tell: Callable[[str], None]  # lines for a person
     parallel: int = 1
     limit_s: float = LIMIT_S
@@ -48,6 +51,9 @@ def run_campaign(campaign: Campaign, *, only_films: bool = False) -> Iterator[Re
     """Do what is not done yet; gives each case's record when it is there, those of earlier runs first.
 
     With `only_films`, cases are filmed and committed to, and nothing is diagnosed. An interruption ends all that runs, and raises on.
+
+    Raises:
+        BadInput: a record or the commitments are damaged, or a case was scored and its record is not here.
     """
     files, todo = campaign.files, []
     for scratch in (files.root / "found").glob(".*"):
@@ -56,6 +62,8 @@ def run_campaign(campaign: Campaign, *, only_films: bool = False) -> Iterator[Re
         record = read_record(files, case)
         if record is not None and record.step == "diagnose":
             yield record
+        elif files.outcome(case).is_file():  # diagnosed anew, it would be written over
+            raise BadInput(lost_record(files, case))
         else:  # not begun, or not begun to be diagnosed
             todo.append(case)
     work = _prepare if only_films else _whole_case
@@ -75,10 +83,25 @@ def read_record(files: Files, case: str) -> Record | None:
     """How a case ended; None where it has not.
 
     Raises:
-        BadInput: the file is damaged.
+        BadInput: the file is damaged, or of another case.
     """
     path = files.record(case)
-    return read_json(path, Record, "remove the file to have the case diagnosed again") if path.is_file() else None
+    if not path.is_file():
+        return None
+    record = read_json(
+        path, Record, f"restore it, or remove it and {files.outcome(case)} to have the case diagnosed again"
+    )
+    if record.case != case:
+        raise BadInput(f"{path}: case is {record.case!r}, expected {case!r}; restore it")
+    return record
+
+
+def lost_record(files: Files, case: str) -> str:
+    """What is to be said of a case that was scored and has no record of its diagnosis."""
+    return (
+        f"{files.outcome(case)}: {case} was scored, and {files.record(case)} does not say that it was diagnosed; bring that file from where "
+        "it was scored, or remove the outcome to have the case diagnosed here"
+    )
 
 
 def _whole_case(campaign: Campaign, case: str) -> Record | None:
@@ -88,7 +111,7 @@ def _whole_case(campaign: Campaign, case: str) -> Record | None:
 def _prepare(campaign: Campaign, case: str) -> Record | None:
     """Film a case unless that is done, and commit to its answers and films. Returns a record only where that fails."""
     files, asked = campaign.files, campaign.cases()[case]
-    answers, code = files.answers(case), code_sha256(campaign.package)
+    answers, code = files.answers(case), code_sha256(campaign.code)
     files.record(case).unlink(missing_ok=True)
     try:
         places = files.bundle(case), files.unseen(case), answers
@@ -98,12 +121,12 @@ def _prepare(campaign: Campaign, case: str) -> Record | None:
             laboratory.film(asked, *places, campaign.processes)
     except NotDone as error:
         campaign.tell(f"{case}: not filmed; {files.record(case)} says why")
-        return _record(campaign, case, "film", error=str(error), code=code)
+        return _written(campaign, _record(campaign, case, "film", error=str(error), code=code))
     try:
         with campaign.lock:
             made = commit(files.root, case, files.sealed(case), code)
     except BadInput as error:
-        return _record(campaign, case, "seal", error=str(error), code=code)
+        return _written(campaign, _record(campaign, case, "seal", error=str(error), code=code))
     hashes = ", ".join(f"{name} {hashed}" for name, hashed in made.sha256.items())
     campaign.tell(f"{case}: committed at {made.at} to {hashes}")
     return None
@@ -111,21 +134,19 @@ def _prepare(campaign: Campaign, case: str) -> Record | None:
 
 def _diagnosed(campaign: Campaign, case: str) -> Record:
     """Diagnose a case from its bundle alone, in a process of its own."""
-    files, before = campaign.files, code_sha256(campaign.package)
+    files, before = campaign.files, code_sha256(campaign.code)
     bundle, found, scratch = files.bundle(case), files.found(case), files.found(f".{case}.{getpid()}")
-    shutil.rmtree(found, ignore_errors=True)
+    with campaign.lock:
+        begin(files, case, before)
+    for earlier in files.findings(case):  # of a diagnosis that was killed
+        shutil.rmtree(earlier, ignore_errors=True)
     scratch.mkdir(
         parents=True
     )  # of this process: one that was killed may have left a diagnosis that still runs and writes
     campaign.tell(f"{case}: diagnosing")
     error, began = None, time.monotonic()
     try:
-        said = campaign.processes.run(
-            [*campaign.diagnose, str(bundle), "--out", str(scratch)],
-            cwd=bundle,
-            env=campaign.environment,
-            limit_s=campaign.limit_s,
-        )
+        said = _run(campaign, [*campaign.diagnose, str(bundle), "--out", str(scratch)])
         (scratch / LOG).write_text(said)
         if not (scratch / "verdict.json").is_file():
             error = "the diagnosis ended well and wrote no verdict.json"
@@ -133,41 +154,58 @@ def _diagnosed(campaign: Campaign, case: str) -> Record:
         error = str(failure)
     seconds = time.monotonic() - began
     scratch.rename(found)
-    if error is None:
-        _foretell(campaign, case)
-    return _record(campaign, case, "diagnose", error=error, seconds=seconds, code=before)
+    lost = _foretell(campaign, case) if error is None else {}
+    record = _record(campaign, case, "diagnose", error=error, seconds=seconds, code=before, not_foretold=lost)
+    with campaign.lock:
+        hashed = end(files, record)
+    campaign.tell(f"{case}: what was found is sealed; SHA-256 of that line of commitments.jsonl: {hashed}")
+    return _written(campaign, record)
 
 
-def _foretell(campaign: Campaign, case: str) -> None:
-    """Have the motions that the diagnosis was not given foretold by its models. What cannot be is told, and counts as not known."""
-    files, unseen = campaign.files, campaign.files.unseen(case)
+def _run(campaign: Campaign, command: list[str]) -> str:
+    """Run a program in an empty folder that is nobody's: what it leaves where it stands is no part of a film."""
+    with tempfile.TemporaryDirectory(prefix="sim1_prove_", ignore_cleanup_errors=True) as empty:
+        return campaign.processes.run(command, cwd=Path(empty), env=campaign.environment, limit_s=campaign.limit_s)
+
+
+def _foretell(campaign: Campaign, case: str) -> dict[str, str]:
+    """Have the motions that the diagnosis was not given foretold by its models. Returns why, of a model that does not."""
+    files, unseen, lost = campaign.files, campaign.files.unseen(case), {}
     for model in MODELS:
         file, out = files.found(case) / f"{model}.yaml", files.foretold(case, model)
         out.parent.mkdir(parents=True, exist_ok=True)
         try:
-            campaign.processes.run(
-                [*campaign.predict, str(unseen), "--model", str(file), "--out", str(out)],
-                cwd=unseen,
-                env=campaign.environment,
-                limit_s=campaign.limit_s,
-            )
+            _run(campaign, [*campaign.predict, str(unseen), "--model", str(file), "--out", str(out)])
         except NotDone as failure:
-            out.unlink(missing_ok=True)  # of an earlier, killed diagnosis
+            out.unlink(missing_ok=True)  # half a file
+            lost[model] = str(failure)
             campaign.tell(f"{case}: {model}.yaml foretells no motion: {failure}")
+    return lost
 
 
 def _record(
-    campaign: Campaign, case: str, step: str, *, error: str | None, code: str, seconds: float | None = None
+    campaign: Campaign,
+    case: str,
+    step: str,
+    *,
+    error: str | None,
+    code: str,
+    seconds: float | None = None,
+    not_foretold: dict[str, str] | None = None,
 ) -> Record:
-    record = Record(
+    return Record(
         case=case,
         step=step,
         error=error,
         seconds=None if seconds is None else round(seconds, 3),
+        not_foretold=not_foretold or {},
         code_sha256=code,
-        code_changed=code_sha256(campaign.package) != code,
+        code_changed=code_sha256(campaign.code) != code,
         cores=cpu_count() or 1,
         parallel=campaign.parallel,
     )
-    write_whole(campaign.files.record(case), record)
+
+
+def _written(campaign: Campaign, record: Record) -> Record:
+    write_whole(campaign.files.record(record.case), record)
     return record

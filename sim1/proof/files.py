@@ -27,6 +27,7 @@ class Record(Strict):
     step: Literal["film", "seal", "diagnose"]  # the last one that was tried
     error: str | None  # why it failed
     seconds: pydantic.NonNegativeFloat | None  # of the diagnosis, all of it
+    not_foretold: dict[str, str] = pydantic.Field(default_factory=dict)  # model -> why it foretells no motion
     code_sha256: str  # of the diagnosing code before it
     code_changed: bool  # meanwhile
     cores: pydantic.PositiveInt  # of the machine
@@ -97,6 +98,14 @@ class Files:
     def foretold(self, case: str, model: str) -> Path:
         """How one of the models that the diagnosis wrote foretells them."""
         return self.root / "foretold" / case / f"{model}.parquet"
+
+    def findings(self, case: str) -> list[Path]:
+        """Folders of what the diagnosis of a case wrote, and its models foretold."""
+        return [self.found(case), self.root / "foretold" / case]
+
+    def written(self, case: str) -> list[Path]:
+        """All files in them, which are sealed when it ends."""
+        return sorted(path for folder in self.findings(case) for path in folder.rglob("*") if path.is_file())
 
     def found(self, case: str) -> Path:
         """What the diagnosis wrote."""

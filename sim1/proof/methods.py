@@ -1,5 +1,6 @@
 """The diagnosis beside simpler methods, a row each: what is the whole of it worth against a part, a count or a guess?"""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ class Method(Strict):
         float | None
     )  # median of its error over that of parameters alone, where effects of the table were concealed
     heldout_cases: int
+    lost: int  # of these: no simulation with what it adds finds its way, infinitely far off in the medians
     gap_closed: float | None  # median share of the oracle's gain
     gaps: int
     seconds: float | None  # median
@@ -38,7 +40,7 @@ class Said:
 
     verdict: str | None  # None: it gives no names
     named: tuple[str, ...] = ()
-    heldout_mm: float | None = None
+    heldout_mm: float | None = None  # None: it gives no model; infinite: no simulation of it found its way
     seconds: float | None = None
 
 
@@ -84,8 +86,13 @@ def _named(names: tuple[str, ...], **rest: float | None) -> Said:
 
 
 def _diagnosis(one: Outcome) -> Said:
-    after = one.found.heldout_mm[1] if one.found else None
+    after = _simulated(one.found.heldout_mm[1]) if one.found else None
     return Said(verdict=one.verdict, named=one.named, heldout_mm=after, seconds=one.seconds)
+
+
+def _simulated(error_mm: float | None) -> float:
+    """An error of a model that there is."""
+    return math.inf if error_mm is None else error_mm
 
 
 def _sindy(one: Outcome) -> Said | None:
@@ -94,12 +101,12 @@ def _sindy(one: Outcome) -> Said | None:
         return None
     if said.named is None:
         return Said(verdict="failed", seconds=said.seconds)
-    return _named(said.named, heldout_mm=said.heldout_mm, seconds=said.seconds)
+    return _named(said.named, heldout_mm=_simulated(said.heldout_mm), seconds=said.seconds)
 
 
 def _residual(one: Outcome) -> Said | None:
     said = one.baselines.residual if one.baselines else None
-    return said and Said(verdict=None, heldout_mm=said.heldout_mm, seconds=said.seconds)
+    return said and Said(verdict=None, heldout_mm=_simulated(said.heldout_mm), seconds=said.seconds)
 
 
 def _least_misfit(one: Outcome) -> Said:
@@ -111,7 +118,9 @@ def _parameters(one: Outcome) -> Said | None:
 
 
 def _oracle(one: Outcome) -> Said | None:
-    return None if one.oracle_s is None else Said(verdict=None, heldout_mm=one.oracle_mm, seconds=one.oracle_s)
+    if one.oracle_s is None:
+        return None
+    return Said(verdict=None, heldout_mm=_simulated(one.oracle_mm), seconds=one.oracle_s)
 
 
 def _row(label: str, outcomes: Sequence[Outcome], rule) -> Method:
@@ -134,6 +143,7 @@ def _row(label: str, outcomes: Sequence[Outcome], rule) -> Method:
         several=_right("several", said),
         heldout=_median([after / one.found.heldout_mm[0] for one, after in moved]),
         heldout_cases=len(moved),
+        lost=sum(after == math.inf for _, after in moved),
         gap_closed=_median(gaps),
         gaps=len(gaps),
         seconds=_median([answer.seconds for _, answer in said if answer.seconds is not None]),
@@ -149,4 +159,6 @@ def _right(kind: Literal["null", "outside", "several", "single"], said: Sequence
 
 
 def _median(values: Sequence[float]) -> float | None:
-    return float(np.median(values)) if values else None
+    """None: of nothing, or as many as half are infinitely far off."""
+    middle = float(np.median(values)) if values else math.inf
+    return middle if math.isfinite(middle) else None

@@ -24,6 +24,8 @@ def said(share: Share) -> str:
     """A share as people read it: `3 of 10 (95 % interval 7 to 65 %)`."""
     if not share.of:
         return "none tried"
+    if share.low is None or share.high is None:
+        return f"{share.count} of {share.of}"
     return f"{share.count} of {share.of} (95 % interval {100 * share.low:.0f} to {100 * share.high:.0f} %)"
 
 

@@ -9,6 +9,9 @@ from sklearn.metrics import roc_auc_score
 from sim1.mismatch.forces_file import ForceCourses
 
 ACTS = 0.1  # of the largest force per area: from there on something acts
+NOTHING_N_M2 = (
+    1e-6  # what a laboratory's rounding leaves where nothing acts: no force, though some markers have more of it
+)
 LOCAL = 0.002, 0.5  # shares of markers and frames between which an effect is called local
 
 
@@ -24,7 +27,7 @@ def place_auc(forces: ForceCourses, answers: Mapping[str, np.ndarray]) -> float 
         sizes.append(course(answers[f"{name}/stamps_s"]))
         concealed.append(answers[f"{name}/missing_n_m2"])
     most = max((float(part.max()) for part in concealed), default=0.0)
-    if most == 0.0:
+    if most < NOTHING_N_M2:
         return None
     acts = np.concatenate([part.ravel() > ACTS * most for part in concealed])
     if not LOCAL[0] < acts.mean() < LOCAL[1]:

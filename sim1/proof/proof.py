@@ -1,4 +1,4 @@
-"""`proof.json`, schema `sim1.proof/1`: all that a campaign has shown so far. It tells of diagnosed cases alone: what comes stays concealed."""
+"""`proof.json`, schema `sim1.proof/2`: all that a campaign has shown so far. It tells of diagnosed cases alone: what comes stays concealed."""
 
 from collections.abc import Iterable, Sequence
 from typing import Literal
@@ -7,11 +7,14 @@ import pydantic
 
 from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.strict_json import Strict, read_json
+from sim1.proof.answers import kind_from
 from sim1.proof.draw import Case
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
+from sim1.proof.found_seal import Diagnosed, check_found, diagnosed
+from sim1.proof.ledger import Begun, Commitment, Ended, read_lines
 from sim1.proof.methods import Method, methods_of
-from sim1.proof.score import OtherCode, Outcome, is_right, kind_from, score
-from sim1.proof.seal import Commitment, check_committed, covers_films, read_commitments
+from sim1.proof.score import OtherCode, Outcome, is_right, score
+from sim1.proof.seal import check_committed, covers_films, read_commitments
 from sim1.proof.totals import Confusion, Totals, confusion_of, totals_of
 from sim1.stage import BadInput
 
@@ -26,7 +29,7 @@ class NotScored(Strict):
 class Proof(Strict):
     """Contents of `proof.json`."""
 
-    schema_: Literal["sim1.proof/1"] = pydantic.Field(default="sim1.proof/1", alias="schema")
+    schema_: Literal["sim1.proof/2"] = pydantic.Field(default="sim1.proof/2", alias="schema")
     drawn: int  # cases
     chosen: bool  # by a person, in a file, rather than drawn
     seed: str | None  # of the draw; told when no case is left
@@ -42,7 +45,9 @@ class Proof(Strict):
     not_scored: tuple[NotScored, ...]
     carried: tuple[str, ...]  # cases that were scored elsewhere: their answers are not here to be checked again
     films_unsealed: tuple[str, ...]  # scored cases that were committed to by earlier code, to their answers alone
+    diagnosed: Diagnosed
     commitments: tuple[Commitment, ...]
+    diagnoses: tuple[Begun | Ended, ...]  # in their order
 
 
 def judge(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
@@ -59,7 +64,7 @@ def judge(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
     judged = _scored(files, drawn, record)
     if isinstance(judged, Outcome):
         write_whole(files.outcome(record.case), judged)
-    else:  # what was scored before answers changed must not come back once they are gone
+    elif record.step == "diagnose":  # what was scored before answers changed must not come back once they are gone
         files.outcome(record.case).unlink(missing_ok=True)
     return judged
 
@@ -70,7 +75,9 @@ def _scored(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
     asked = _asked(drawn, record.case)
     try:
         answers = files.answers(record.case)
-        check_committed(files.root, record.case, [answers, answers.with_suffix(".npz")])
+        whole = record.error is None  # a diagnosis that failed has, whatever became of its films
+        check_committed(files.root, record.case, [answers, answers.with_suffix(".npz")], films=whole)
+        check_found(files, record)
         return score(files, asked, record)
     except OtherCode:
         raise
@@ -81,7 +88,10 @@ def _scored(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
 def _carried(files: Files, drawn: Drawn, case: str) -> Outcome | NotScored:
     """What a stored outcome says, held to the list and to the commitments; its figures cannot be taken again without the answers."""
     path, asked = files.outcome(case), _asked(drawn, case)
-    stored = read_json(path, Outcome, "bring it again, or remove it and the case's record")
+    try:
+        stored = read_json(path, Outcome, "bring it again, or remove it and the case's record")
+    except BadInput as damage:
+        return NotScored(case=case, why=str(damage))
     if (stored.case, sorted(stored.concealed), stored.seed) != (case, sorted(asked.effects), asked.seed):
         why = f"is of {stored.case}, {_of(stored.concealed, stored.seed)}; drawn was {_of(asked.effects, asked.seed)}"
     elif not any(line.of == case for line in read_commitments(files.root)):
@@ -108,7 +118,7 @@ def _asked(drawn: Drawn, case: str) -> Case:
 def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequence[Outcome | NotScored]) -> Proof:
     """Put together what is known of the cases so far."""
     outcomes = sorted((one for one in judged if isinstance(one, Outcome)), key=lambda one: one.case)
-    commitments = read_commitments(files.root)
+    commitments, lines = read_commitments(files.root), read_lines(files.root)
     sealed = {one.of for one in commitments if covers_films(one)}
     codes = {one.code_sha256 for one in outcomes} | {c.code_sha256 for c in commitments}
     return Proof(
@@ -127,5 +137,7 @@ def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequ
         not_scored=tuple(sorted((one for one in judged if isinstance(one, NotScored)), key=lambda one: one.case)),
         carried=tuple(one.case for one in outcomes if files.carried(one.case)),
         films_unsealed=tuple(one.case for one in outcomes if one.case not in sealed),
+        diagnosed=diagnosed(lines, [one.case for one in outcomes]),
         commitments=commitments,
+        diagnoses=tuple(line for line in lines if not isinstance(line, Commitment)),
     )

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 
-from sim1.proof.campaign import read_record
+from sim1.proof.campaign import lost_record, read_record
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.page import write_page
 from sim1.proof.proof import NotScored, Proof, judge, proof_of
 from sim1.proof.score import Outcome
 from sim1.proof.start import read_campaign
+from sim1.stage import BadInput
 
 
 def scored(files: Files) -> Proof:
@@ -17,8 +18,19 @@ def scored(files: Files) -> Proof:
         BadInput: no campaign, or its list or commitments are damaged.
     """
     drawn = read_campaign(files)
-    records = [record for case in case_names(len(drawn.cases)) if (record := read_record(files, case)) is not None]
-    return proof_of(files, drawn, records, [judge(files, drawn, record) for record in records])
+    records, judged = [], []
+    for case in case_names(len(drawn.cases)):
+        try:
+            record = read_record(files, case)
+        except BadInput as damage:
+            judged.append(NotScored(case=case, why=str(damage)))
+            continue
+        if record is not None:
+            records.append(record)
+            judged.append(judge(files, drawn, record))
+        elif files.outcome(case).is_file():
+            judged.append(NotScored(case=case, why=lost_record(files, case)))
+    return proof_of(files, drawn, records, judged)
 
 
 def rewrite(files: Files) -> Proof:

@@ -2,17 +2,18 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 import pydantic
 
 from sim1.array_file import read_arrays
-from sim1.data_file import explained
 from sim1.mismatch.strict_json import Strict, read_json
 from sim1.mismatch.summary import SCHEMA, read_summary
 from sim1.mismatch.verdict import Verdict, read_verdict
+from sim1.proof.answers import REMEDY, WHAT, Answers, kind_of, read_answers, read_courses
 from sim1.proof.draw import Case
 from sim1.proof.files import Baselines, Files, Oracle, Record
 from sim1.proof.ranking import BASELINE, first_single, least_misfit, over_limit
@@ -79,8 +80,9 @@ class Outcome(Strict):
     code_changed: bool
     found: Found | None  # None: failed
     unseen_mm: tuple[float | None, float | None] | None = (
-        None  # on motions that no diagnosis was given, before and after; None: not filmed
+        None  # on motions that no diagnosis was given, before and after; None: not filmed; a None in it: not foretold
     )
+    not_foretold: dict[str, str] = pydantic.Field(default_factory=dict)  # model, before or after -> why not
     oracle_mm: float | None  # held out, of a model that was told the effects; None: not asked, or it found no way
     oracle_unseen_mm: float | None = None  # the same on motions that no diagnosis was given
     oracle_s: float | None  # None: not asked
@@ -89,18 +91,35 @@ class Outcome(Strict):
     @property
     def gap_closed(self) -> float | None:
         """Share of what the oracle gains held out that the diagnosis gained; None where there was next to nothing to gain."""
-        after = self.found and self.found.heldout_mm[1]
+        if self.found is None:
+            return None
+        after = math.inf if self.heldout_lost else self.found.heldout_mm[1]
         return None if after is None else self.gap_closed_by(after)
 
     @property
     def unseen_gap_closed(self) -> float | None:
         """The same on motions that no diagnosis was given."""
         before, after = self.unseen_mm or (None, None)
+        after = math.inf if self.unseen_lost else after
         return None if after is None else _share_gained(before, after, self.oracle_unseen_mm)
 
+    @property
+    def heldout_lost(self) -> bool:
+        """Whether no simulation follows held-out motion with what was added, though one does without: infinitely far off."""
+        return self.found is not None and _lost(self.found.heldout_mm)
+
+    @property
+    def unseen_lost(self) -> bool:
+        """The same of motions that no diagnosis was given."""
+        return self.unseen_mm is not None and _lost(self.unseen_mm)
+
     def gap_closed_by(self, after_mm: float) -> float | None:
-        """The same of any other method's error held out."""
+        """The same of any other method's error held out; without end where that is infinite."""
         return _share_gained(self.found.heldout_mm[0], after_mm, self.oracle_mm) if self.found else None
+
+
+def _lost(errors_mm: tuple[float | None, float | None]) -> bool:
+    return errors_mm[0] is not None and errors_mm[1] is None
 
 
 def _share_gained(before: float | None, after: float, oracle: float | None) -> float | None:
@@ -108,39 +127,6 @@ def _share_gained(before: float | None, after: float, oracle: float | None) -> f
     if before is None or oracle is None or before - oracle < WORTH * before:
         return None
     return (before - after) / (before - oracle)
-
-
-class _Effect(pydantic.BaseModel):
-    name: str
-    parameters: dict[str, float]
-    named_by_format: bool
-
-
-class Answers(pydantic.BaseModel):
-    """What is read of a laboratory's answers; they hold more."""
-
-    case: Case
-    effects: list[_Effect]
-    baseline: dict[str, float]
-    places_given: bool
-
-
-def read_answers(path: Path, asked: Case) -> Answers:
-    """Read the answers and see that they are those of the drawn case.
-
-    Raises:
-        BadInput: missing, damaged, or answers to another question.
-    """
-    try:
-        answers = Answers.model_validate(json.loads(path.read_bytes()))
-    except (OSError, ValueError) as error:
-        said = explained(error) if isinstance(error, pydantic.ValidationError) else str(error)
-        raise BadInput(f"{path}: not readable as answers ({said}); film the case again") from error
-    if (sorted(answers.case.effects), answers.case.seed) != (sorted(asked.effects), asked.seed):
-        raise BadInput(
-            f"{path}: answers for {list(answers.case.effects)} with seed {answers.case.seed}, drawn were {list(asked.effects)} with {asked.seed}"
-        )
-    return answers
 
 
 class OtherCode(BadInput):
@@ -157,8 +143,10 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
     answers = read_answers(files.answers(record.case), asked)
     verdict, found, error = None, None, record.error
     if error is None:
+        filmed = [path.parent.name for path in files.bundle(record.case).glob("recordings/*/markers.parquet")]
+        courses = read_courses(files.answers(record.case).with_suffix(".npz"), filmed)
         try:
-            verdict, found = _found(files, record.case, answers)
+            verdict, found = _found(files, record.case, answers, courses)
         except BadInput as damage:
             if (schema := _schema(files.found(record.case) / "summary.json")) != SCHEMA:
                 raise OtherCode(
@@ -187,6 +175,7 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
         code_changed=record.code_changed,
         found=found,
         unseen_mm=_unseen_mm(files, record.case) if found else None,
+        not_foretold=record.not_foretold,
         oracle_mm=oracle.heldout_mm if oracle else None,
         oracle_unseen_mm=oracle.unseen_mm if oracle else None,
         oracle_s=oracle.seconds if oracle else None,
@@ -202,7 +191,7 @@ def _unseen_mm(files: Files, case: str) -> tuple[float | None, ...] | None:
     """
     if not files.unseen(case).is_dir():
         return None
-    answers = read_arrays(files.answers(case).with_suffix(".npz"), (), "answer", "film the case again")
+    answers = read_arrays(files.answers(case).with_suffix(".npz"), (), WHAT, REMEDY)
     return tuple(off_mm(files.foretold(case, model), answers) for model in MODELS)
 
 
@@ -218,20 +207,6 @@ def _asked[T: Strict](path: Path, kind: type[T]) -> T | None:
     return read_json(path, kind, "remove it and ask again") if path.is_file() else None
 
 
-def kind_of(answers: Answers) -> Literal["null", "outside", "several", "single"]:
-    """What sort of question it was; one effect outside the table makes it `outside`."""
-    return kind_from([effect.named_by_format for effect in answers.effects])
-
-
-def kind_from(in_table: Sequence[bool]) -> Literal["null", "outside", "several", "single"]:
-    """The same from whether each concealed effect is one of the table."""
-    if not in_table:
-        return "null"
-    if not all(in_table):
-        return "outside"
-    return "single" if len(in_table) == 1 else "several"
-
-
 def is_right(kind: str, concealed: tuple[str, ...], verdict: str, named: tuple[str, ...]) -> bool:
     """Whether the verdict is the one that was asked for: all names and no other, or no name where none fits."""
     if kind == "null":
@@ -241,17 +216,14 @@ def is_right(kind: str, concealed: tuple[str, ...], verdict: str, named: tuple[s
     return verdict == "named" and sorted(named) == sorted(concealed)
 
 
-def _found(files: Files, case: str, answers: Answers) -> tuple[Verdict, Found]:
+def _found(files: Files, case: str, answers: Answers, courses: Mapping[str, np.ndarray]) -> tuple[Verdict, Found]:
     from sim1.cloth.physics import ClothPhysics, read_physics
-    from sim1.mismatch.forces_file import read_forces
-    from sim1.proof.place import place_auc
 
-    folder, arrays = files.found(case), files.answers(case).with_suffix(".npz")
+    folder = files.found(case)
     verdict, summary = read_verdict(folder / "verdict.json"), read_summary(folder / "summary.json")
     model: ClothPhysics = read_physics(folder / "model.yaml")
     true = {effect.name: effect.parameters for effect in answers.effects}
     properties = {name: getattr(model, name) for name in FABRIC} | {"friction": model.friction.table}
-    auc = place_auc(read_forces(folder / "forces.npz"), read_arrays(arrays, (), "answer", "film the case again"))
     before, after = verdict.rmse_m.baseline, verdict.rmse_m.augmented
     return verdict, Found(
         first=first_single(summary),
@@ -279,11 +251,26 @@ def _found(files: Files, case: str, answers: Answers) -> tuple[Verdict, Found]:
         fit_mm=(_mm(before.fit), _mm(after.fit)),
         heldout_mm=(_mm(before.heldout), _mm(after.heldout)),
         spoken_for=summary.spoken_for,
-        place_auc=auc,
+        place_auc=_place_auc(folder / "forces.npz", courses),
         over_limit={
             name: over for name, given in true.items() if (over := over_limit(summary, name, given)) is not None
         },
     )
+
+
+def _place_auc(path: Path, courses: Mapping[str, np.ndarray]) -> float | None:
+    """Of forces that a diagnosis wrote; raises BadInput where they are damaged, or of other recordings or markers."""
+    from sim1.mismatch.forces_file import read_forces
+    from sim1.proof.place import place_auc
+
+    try:
+        return place_auc(read_forces(path), courses)
+    except (KeyError, IndexError, ValueError) as error:
+        if isinstance(error, BadInput):
+            raise
+        raise BadInput(
+            f"{path}: no forces of the recordings in the answers ({error}); diagnose the bundle again"
+        ) from error
 
 
 def _mm(error_m: float | None) -> float | None:

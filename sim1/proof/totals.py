@@ -5,20 +5,22 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from scipy.stats import binomtest
 
+from sim1.clustered_share import clustered_interval
 from sim1.mismatch.strict_json import Strict
-from sim1.proof.score import Number, Outcome
+from sim1.proof.errors import effect_errors, relative_error
+from sim1.proof.score import Outcome
 
 WORSE = 0.02  # of the baseline's error: a rise beyond it is told
 NAMELESS = ("none", "unknown", "ambiguous", "failed")  # columns of the confusion matrix that are no names
 
 
 class Share(Strict):
-    """So many of so many, with the exact 95 % interval of the probability (Clopper and Pearson)."""
+    """So many of so many, with the 95 % interval of the probability: exact of cases (Clopper and Pearson), by case of coefficients."""
 
     count: int
     of: int
-    low: float
-    high: float
+    low: float | None  # None: what is counted was not drawn, so that there is no such probability
+    high: float | None
 
 
 class Extreme(Strict):
@@ -47,20 +49,23 @@ class Totals(Strict):
     effect_intervals: Share  # that hold the true coefficient
     effect_error: (
         float | None
-    )  # median of abs(found - true) over the largest true coefficient of the effect in the same unit
+    )  # median of how far off, over how far the truth departs from nothing, the largest of the effect in the same unit
     fabric_intervals: Share
     fabric_error: float | None
     place_auc: float | None  # median, where force is local
     gap_closed: float | None  # median share of the oracle's gain held out; None: of no case known
     gaps: int  # cases in which there was one to close
+    heldout_worse: tuple[str, ...]  # cases, whatever was concealed, in which that error rose by more than `WORSE`, or:
+    heldout_lost: tuple[str, ...]  # in which no simulation follows with what was added; infinitely far off in medians
     unseen_ratio: (
         float | None
     )  # the same motions' error after over before, median where effects of the table were concealed
     unseen_cases: int
     unseen_gap_closed: float | None
     unseen_gaps: int
-    unseen_worse: tuple[str, ...]  # cases, whatever was concealed, in which it rose by more than `WORSE`
-    worst_heldout: Extreme | None  # None: it got worse nowhere
+    unseen_worse: tuple[str, ...]  # as `heldout_worse`
+    unseen_lost: tuple[str, ...]  # as `heldout_lost`
+    worst_heldout: Extreme | None  # of those that are simulated; None: it got worse nowhere
     median_seconds: float | None
     failed: int
 
@@ -82,28 +87,30 @@ def share_of(hits: Iterable[bool]) -> Share:
     return Share(count=sum(flags), of=len(flags), low=float(interval.low), high=float(interval.high))
 
 
+def share_by_case(cases: Iterable[Sequence[bool]]) -> Share:
+    """Count coefficients, of which one fit gives several: they hold or fail together, so that the interval is of cases that differ."""
+    tried = [case for case in cases if len(case)]
+    hits, of = [sum(case) for case in tried], [len(case) for case in tried]
+    interval = clustered_interval(hits, of)
+    return Share(count=sum(hits), of=sum(of), low=float(interval.low), high=float(interval.high))
+
+
 def totals_of(outcomes: Sequence[Outcome]) -> Totals:
     """Count what was right, and measure how far off it was."""
     kinds = {kind: [o for o in outcomes if o.kind == kind] for kind in ("null", "outside", "several", "single")}
     nulls, singles, several = kinds["null"], kinds["single"], kinds["several"]
-    true_finds = [o.found.effects for o in outcomes if o.found]
-    by_effect = [
-        [n for n in numbers.values() if n.true is not None] for part in true_finds for numbers in part.values()
-    ]
-    effects = [n for numbers in by_effect for n in numbers]
-    fabric = [n for o in outcomes if o.found for n in o.found.fabric.values()]
+    finds = [o.found for o in outcomes if o.found]
+    effects = [[n for part in one.effects.values() for n in part.values() if n.true is not None] for one in finds]
+    fabric = [list(one.fabric.values()) for one in finds]
     places = [o.found.place_auc for o in outcomes if o.found and o.found.place_auc is not None]
     gaps = [one.gap_closed for one in outcomes if one.gap_closed is not None]
-    unseen = [o.unseen_mm for o in (*singles, *several) if _known(o)]
+    unseen = [_with_lost(o.unseen_mm) for o in (*singles, *several) if _known(o.unseen_mm)]
     unseen_gaps = [one.unseen_gap_closed for one in outcomes if one.unseen_gap_closed is not None]
     named_nulls = [o for o in nulls if o.named]
     false = [name for o in named_nulls for name in o.named]
     return Totals(
         named=share_of(o.right for o in singles),
-        effects_ever_named=share_of(
-            any(o.right for o in singles if name in o.concealed)
-            for name in sorted({name for o in singles for name in o.concealed})
-        ),
+        effects_ever_named=_ever_named(singles),
         nulls_called_none=share_of(o.right for o in nulls),
         nulls_with_names=share_of(o in named_nulls for o in nulls),
         false_names={name: false.count(name) for name in sorted(set(false))},
@@ -114,27 +121,54 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
         named_above_limit=share_of(o.right for o in singles if _over(o, least=1.0)),
         named_below_limit=share_of(o.right for o in singles if _over(o, most=1.0)),
         first_ranked=share_of(o.found is not None and o.found.first in o.concealed for o in singles),
-        effect_intervals=share_of(n.holds for n in effects),
-        effect_error=_median([error for numbers in by_effect for error in _errors(numbers)]),
-        fabric_intervals=share_of(n.holds for n in fabric),
-        fabric_error=_median([error for n in fabric for error in _errors([n])]),
+        effect_intervals=share_by_case([n.holds for n in numbers] for numbers in effects),
+        effect_error=_median(
+            [off for one in finds for name, part in one.effects.items() for off in effect_errors(name, part)]
+        ),
+        fabric_intervals=share_by_case([n.holds for n in numbers] for numbers in fabric),
+        fabric_error=_median([off for numbers in fabric for n in numbers for off in relative_error(n)]),
         place_auc=_median(places),
         gap_closed=_median(gaps),
         gaps=len(gaps),
+        heldout_worse=tuple(o.case for o in outcomes if o.found and _worse(o.found.heldout_mm)),
+        heldout_lost=tuple(o.case for o in outcomes if o.heldout_lost),
         unseen_ratio=_median([after / before for before, after in unseen]),
         unseen_cases=len(unseen),
         unseen_gap_closed=_median(unseen_gaps),
         unseen_gaps=len(unseen_gaps),
-        unseen_worse=tuple(o.case for o in outcomes if _known(o) and o.unseen_mm[1] > (1.0 + WORSE) * o.unseen_mm[0]),
+        unseen_worse=tuple(o.case for o in outcomes if _worse(o.unseen_mm)),
+        unseen_lost=tuple(o.case for o in outcomes if o.unseen_lost),
         worst_heldout=_worst(outcomes),
         median_seconds=_median([o.seconds for o in outcomes]),
         failed=sum(o.verdict == "failed" for o in outcomes),
     )
 
 
-def _known(outcome: Outcome) -> bool:
-    """Whether motions that no diagnosis was given were foretold before and after."""
-    return outcome.unseen_mm is not None and None not in outcome.unseen_mm
+def _ever_named(singles: Sequence[Outcome]) -> Share:
+    """Of the effects that were concealed alone; which these are the draw of few cases decides, and no probability."""
+    right = [any(o.right for o in singles if name in o.concealed) for name in {n for o in singles for n in o.concealed}]
+    return Share(count=sum(right), of=len(right), low=None, high=None)
+
+
+type Errors = tuple[float | None, float | None]  # before and after what was added; None: no simulation
+
+
+def _known(errors: Errors | None) -> bool:
+    """Whether there is something to compare with."""
+    return errors is not None and errors[0] is not None
+
+
+def _with_lost(errors: Errors) -> tuple[float, float]:
+    """What is not simulated with what was added is infinitely far off: left out, harm would count as nothing."""
+    before, after = errors
+    return before, np.inf if after is None else after
+
+
+def _worse(errors: Errors | None) -> bool:
+    if not _known(errors):
+        return False
+    before, after = _with_lost(errors)
+    return after > (1.0 + WORSE) * before
 
 
 def _over(outcome: Outcome, least: float = 0.0, most: float = np.inf) -> bool:
@@ -165,16 +199,10 @@ def _joined(names: Iterable[str]) -> str:
     return " + ".join(sorted(names))
 
 
-def _errors(numbers: Sequence[Number]) -> list[float]:
-    """How far off each is, in units of the largest of its kind: a tilt about one axis is no worse found for being small."""
-    largest: dict[str, float] = {}
-    for n in numbers:
-        largest[n.unit] = max(largest.get(n.unit, 0.0), abs(n.true or 0.0))
-    return [abs(n.value - (n.true or 0.0)) / largest[n.unit] for n in numbers if largest[n.unit] > 0.0]
-
-
 def _median(values: Sequence[float]) -> float | None:
-    return float(np.median(values)) if values else None
+    """None: of nothing, or as many as half are infinitely far off."""
+    middle = float(np.median(values)) if values else np.inf
+    return middle if np.isfinite(middle) else None
 
 
 def _worst(outcomes: Sequence[Outcome]) -> Extreme | None:

@@ -28,8 +28,10 @@ def off_mm(foretold: Path, answers: Mapping[str, np.ndarray]) -> float | None:
     try:
         table = pd.read_parquet(foretold)
         return 1e3 * off_m(table, answers)
-    except (OSError, ValueError, KeyError) as error:  # pyarrow's errors are ValueErrors
-        raise BadInput(f"{foretold}: no predictions of the motions in the answers ({error}); remove it") from error
+    except (OSError, ValueError, KeyError, TypeError) as error:  # pyarrow's errors are ValueErrors
+        raise BadInput(
+            f"{foretold}: no predictions of the motions in the answers ({error}); bring the file that `sim1 predict` wrote"
+        ) from error
 
 
 def off_m(table: pd.DataFrame, answers: Mapping[str, np.ndarray]) -> float:
@@ -37,7 +39,7 @@ def off_m(table: pd.DataFrame, answers: Mapping[str, np.ndarray]) -> float:
 
     Raises:
         KeyError: a motion that the answers do not hold.
-        ValueError: other instants or markers than theirs.
+        ValueError: other instants or markers than theirs, or a place that is not finite.
     """
     squares = []
     for name, rows in table.groupby("recording"):
@@ -50,5 +52,9 @@ def off_m(table: pd.DataFrame, answers: Mapping[str, np.ndarray]) -> float:
         if count != truth_m.shape[1] or len(rows) != len(instants) * count or not np.allclose(instants[:both], time_s[:both], atol=1e-6):  # fmt: skip
             raise ValueError(f"{name}: {len(rows)} rows, {len(instants)} instants and {count} markers, the answers have {truth_m.shape[:2]}")  # fmt: skip
         found_m = rows[["x_m", "y_m", "z_m"]].to_numpy().reshape(len(instants), count, 3)
-        squares.append(np.square(found_m[:both] - truth_m[:both]).ravel())
+        off = found_m[:both] - truth_m[:both]
+        if not np.isfinite(off).all():
+            instant, marker, axis = np.argwhere(~np.isfinite(off))[0]
+            raise ValueError(f"{name}: {'xyz'[axis]}_m of the marker in place {marker} at {time_s[instant]:.3f} s is {found_m[instant, marker, axis]}, in the answers {truth_m[instant, marker, axis]}")  # fmt: skip
+        squares.append(np.square(off).ravel())
     return float(np.sqrt(np.concatenate(squares).mean()))

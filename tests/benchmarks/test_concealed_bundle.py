@@ -55,6 +55,25 @@ def read_mesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return vertices, faces
 
 
+def test_how_long_filming_took_is_told_and_is_no_part_of_the_answers(made):
+    """Else a case that was committed to could never be filmed again."""
+    assert made.found["made_in_s"] >= 0.0
+    assert "made_in_s" not in made.answers
+
+
+@pytest.mark.slow
+def test_filmed_again_answers_and_films_are_the_same_to_the_byte(made, tmp_path, monkeypatch):
+    """A case that was committed to can be filmed elsewhere: nothing in its files comes from the clock."""
+    monkeypatch.setattr(laboratory, "plans", two_plans)
+    laboratory.make(
+        Case(("clock_offset",), "medium", 5), tmp_path / "bundle", tmp_path / "answers.json", tmp_path / "heldout"
+    )
+    files = [path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file()]
+    assert len(files) == 12
+    for file in files:
+        assert (tmp_path / file).read_bytes() == (made.folder / file).read_bytes(), file
+
+
 def test_bundle_has_the_columns_of_the_format(made):
     assert made.bundle["schema"] == "sim1.recordings/1"
     assert list(made.markers) == ["time_s", "marker", "x_m", "y_m", "z_m", "visible"]

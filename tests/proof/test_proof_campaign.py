@@ -1,6 +1,7 @@
 """A campaign with a laboratory and a diagnosis of a few lines: order, blindness, resumption, failures."""
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from proof_stand_ins import DRAG, LAME, NULL, PAIR, SHRUNK, STRANGE, campaign, notes
+from proof_stand_ins import DRAG, LAME, NULL, PAIR, SHRUNK, STRANGE, campaign, notes, unsealed
 
 from sim1.mismatch.summary import SCHEMA
 from sim1.proof.files import Files
@@ -54,8 +55,11 @@ def test_answers_are_committed_to_before_the_diagnosis_begins_and_the_list_befor
     order = [line.split(" at ")[0].split(" to ")[0] for line in said if line.startswith("case_001")]
     assert order[:3] == ["case_001: filming", "case_001: committed", "case_001: diagnosing"]
     lines = [json.loads(line) for line in (work.files.root / "commitments.jsonl").read_text().splitlines()]
-    assert [line["of"] for line in lines] == ["list", "case_001", "case_002"]
-    for line, call in zip(lines[1:], notes(tmp_path, "diagnosis"), strict=True):
+    told = [key for line in lines for key in ("of", "begun", "ended") if key in line]
+    assert told == ["of", *["of", "begun", "ended"] * 2]
+    committed = [line for line in lines if "of" in line]
+    assert [line["of"] for line in committed] == ["list", "case_001", "case_002"]
+    for line, call in zip(committed[1:], notes(tmp_path, "diagnosis"), strict=True):
         assert datetime.fromisoformat(line["at"]).timestamp() <= call["at"]
         films = {f"{folder}/{line['of']}/bundle.yaml" for folder in ("bundles", "unseen")}
         assert set(line["sha256"]) == {f"answers/{line['of']}.json", f"answers/{line['of']}.npz"} | films
@@ -68,7 +72,7 @@ def test_the_diagnosis_is_given_the_bundle_alone_and_its_name_says_nothing(tmp_p
         bundle = str(out / "bundles" / f"case_{number:03d}")
         assert call["argv"][:2] == [bundle, "--out"]
         assert call["argv"][2].startswith(str(out / "found" / f".case_{number:03d}."))
-        assert call["cwd"] == bundle
+        assert not call["cwd"].startswith(str(out))  # an empty folder, of which no way leads to the answers
     assert [path.name for path in (out / "bundles" / "case_001").iterdir()] == ["bundle.yaml"]
 
 
@@ -110,6 +114,7 @@ def test_a_case_that_fails_is_recorded_with_its_cause_and_the_others_go_on(tmp_p
 def test_what_other_code_wrote_is_no_failed_diagnosis_and_its_score_is_kept(tmp_path):
     files = campaign(tmp_path, (DRAG,)).files
     prove(campaign(tmp_path, ()))
+    unsealed(files.root)
     scored = files.outcome("case_001").read_bytes()
     summary = files.found("case_001") / "summary.json"
     summary.write_text(summary.read_text().replace(SCHEMA, "sim1.diagnosis/1"))
@@ -137,9 +142,12 @@ def test_a_killed_campaign_goes_on_and_does_nothing_twice(tmp_path):
     assert not work.files.record("case_001").exists()
     (tmp_path / "slow").unlink()
     committed = (tmp_path / "out" / "commitments.jsonl").read_bytes()
-    assert len(committed.splitlines()) == 2
+    assert len(committed.splitlines()) == 3  # list, case, and that its diagnosis begins
     proof = prove(campaign(tmp_path, ()))
     assert [one.right for one in proof.outcomes] == [True, True, True]
+    assert (proof.diagnosed.begun_twice, proof.diagnosed.again) == (("case_001",), ())
+    page = (tmp_path / "out" / "proof.html").read_text()
+    assert "Begun twice: an interrupted one, or one that was tried again: case_001." in page
     assert len(notes(tmp_path, "laboratory")) == 3
     assert len(notes(tmp_path, "diagnosis")) == 4  # the one that was cut off began anew
     assert (tmp_path / "out" / "commitments.jsonl").read_bytes().startswith(committed)
@@ -164,6 +172,18 @@ def test_an_interruption_ends_the_diagnosis_and_leaves_no_verdict_of_half_a_sear
     assert prove(campaign(tmp_path, ())).outcomes[0].right
 
 
+def test_a_case_whose_films_stayed_behind_is_filmed_again_as_it_was_committed_to(tmp_path):
+    work = campaign(tmp_path, (DRAG, NULL))
+    prove(work, only_films=True)
+    for path in (work.files.bundle("case_001"), work.files.unseen("case_001")):
+        shutil.rmtree(path)
+    for path in work.files.answers("case_001").parent.glob("case_001.*"):
+        path.unlink()
+    proof = prove(campaign(tmp_path, ()))
+    assert [one.right for one in proof.outcomes] == [True, True]
+    assert len(notes(tmp_path, "laboratory")) == 3
+
+
 def test_what_is_still_to_come_is_not_told(tmp_path):
     prove(campaign(tmp_path, (DRAG, NULL)), only_films=True)
     for name in ("proof.json", "proof.html", "commitments.jsonl"):
@@ -172,7 +192,7 @@ def test_what_is_still_to_come_is_not_told(tmp_path):
 
 def test_code_that_changes_during_the_campaign_is_told(tmp_path):
     prove(campaign(tmp_path, (DRAG, NULL)), only_films=True)
-    code = tmp_path / "code" / "mismatch" / "a.py"
+    code = tmp_path / "code" / "sim1" / "mismatch" / "a.py"
     first = rewrite(Files(tmp_path / "out"))
     code.write_text("a = 2\n")
     proof = prove(campaign(tmp_path, ()))

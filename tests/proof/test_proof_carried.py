@@ -10,6 +10,8 @@ from sim1.proof.draw import Case
 from sim1.proof.files import Files
 from sim1.proof.oracle import ask_oracle
 from sim1.proof.prove import prove
+from sim1.proof.report import rewrite
+from sim1.stage import BadInput
 
 DRAG = Case(effects=("air_drag",), seed=1)
 NULL = Case(effects=(), seed=3)
@@ -26,7 +28,8 @@ def test_a_campaign_goes_on_elsewhere_with_its_small_files_alone(tmp_path):
     (there / "out" / "answers").mkdir()
     for file in ("answers/drawn.json", "commitments.jsonl"):
         shutil.copy(here / "out" / file, there / "out" / file)
-    (there / "out" / "records" / "case_003.json").unlink()  # not done yet
+    for folder in ("outcomes", "records"):
+        (there / "out" / folder / "case_003.json").unlink()  # not done yet
     proof = prove(campaign(there, ()))
     assert proof.carried == ("case_001", "case_002")
     assert len(notes(there, "diagnosis")) == 1
@@ -35,6 +38,41 @@ def test_a_campaign_goes_on_elsewhere_with_its_small_files_alone(tmp_path):
     assert [one.right for one in proof.outcomes] == [True, True, True]
     assert "case_001, case_002" in (there / "out" / "proof.html").read_text()
     ask_oracle(Files(there / "out"), proof.outcomes, lambda line: pytest.fail(f"asked without a film: {line}"))
+
+
+def test_an_outcome_that_came_without_its_record_is_told_and_stays(tmp_path):
+    """Diagnosed anew, the case would be written over by what another machine finds."""
+    work = campaign(tmp_path, (DRAG, NULL))
+    prove(work)
+    outcome = work.files.outcome("case_001")
+    before = outcome.read_bytes()
+    work.files.record("case_001").unlink()
+    with pytest.raises(BadInput, match=r"outcomes/case_001.json: case_001 was scored, .* bring that file"):
+        prove(campaign(tmp_path, ()))
+    proof = rewrite(work.files)
+    assert [one.case for one in proof.outcomes] == ["case_002"]
+    assert "does not say that it was diagnosed" in proof.not_scored[0].why
+    assert outcome.read_bytes() == before
+    assert len(notes(tmp_path, "diagnosis")) == 2
+    outcome.unlink()
+    proof = prove(campaign(tmp_path, ()))
+    assert proof.diagnosed.again == ("case_001",)
+    assert "Diagnosed again after its end</strong>: case_001" in (work.files.root / "proof.html").read_text()
+
+
+def test_a_damaged_outcome_or_record_is_told_and_the_others_count(tmp_path):
+    work = campaign(tmp_path, (DRAG, NULL, STRANGE))
+    prove(work)
+    for path in work.files.root.glob("answers/case_*"):
+        path.unlink()
+    work.files.outcome("case_001").write_text("{")
+    work.files.record("case_002").write_text("{")
+    proof = rewrite(work.files)
+    assert [one.case for one in proof.outcomes] == ["case_003"]
+    assert [one.why.split(": ")[0].split("/")[-2:] for one in proof.not_scored] == [
+        ["outcomes", "case_001.json"],
+        ["records", "case_002.json"],
+    ]
 
 
 CARRIED = {

@@ -67,6 +67,19 @@ def test_gaps_are_closed_where_an_oracle_was_asked_and_gained():
     assert table["the oracle, which is told the effects"].gaps == 1
 
 
+def test_a_model_that_no_simulation_follows_is_counted_and_infinitely_far_off():
+    lost = outcome("case_003", "single", ["wind"], "named", ["wind"], heldout=(2.0, None), oracle_mm=0.4)
+    diagnosis = rows([lost])["the diagnosis"]
+    assert (diagnosis.heldout, diagnosis.heldout_cases, diagnosis.lost) == (None, 1, 1)
+    assert (diagnosis.gap_closed, diagnosis.gaps) == (None, 1)
+    several = rows([lost, *CASES[2:3], *CASES[5:]])["the diagnosis"]
+    assert (several.heldout, several.heldout_cases, several.lost) == (pytest.approx(0.25), 3, 1)
+    sindy = rows([with_baselines(lost, ("wind",), sindy_mm=None, residual_mm=None)])
+    assert [
+        sindy[name].lost for name in ("sparse regression on forces", "a residual of 18 numbers, without a name")
+    ] == [1, 1]
+
+
 def test_what_names_nothing_has_no_share_of_names():
     for label in ("a residual of 18 numbers, without a name", "parameters alone"):
         assert rows(CASES)[label].singles is None

@@ -7,10 +7,11 @@ import pytest
 
 from sim1.mismatch.summary import Shown
 from sim1.proof.page import said
-from sim1.proof.place import place_auc
+from sim1.proof.place import NOTHING_N_M2, place_auc
 from sim1.proof.ranking import over_limit
 from sim1.proof.score import Found, Number, Outcome, is_right
-from sim1.proof.totals import confusion_of, share_of, totals_of
+from sim1.proof.totals import confusion_of, share_by_case, share_of, totals_of
+from sim1.statistics import wilson_interval
 
 
 def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5), oracle_mm=None, over=None):
@@ -82,6 +83,7 @@ def test_shares_count_failures_as_wrong_and_carry_exact_intervals():
     assert totals.false_names == {"air_drag": 1}
     assert (totals.outside_without_name.count, totals.outside_without_name.of) == (1, 2)
     assert (totals.several_named.count, totals.several_partly.count, totals.several_named.of) == (1, 2, 3)
+    assert said(totals.effects_ever_named) == "1 of 2"  # which effects were drawn is no chance of the tool
     none_of_59 = share_of([False] * 59)
     assert none_of_59.low == 0.0
     assert none_of_59.high == pytest.approx(1 - 0.025 ** (1 / 59))  # Clopper and Pearson in closed form
@@ -95,8 +97,34 @@ def test_coefficients_are_held_against_what_was_concealed_alone():
     assert totals.effect_error == pytest.approx(1 - 1 / 1.1)
     assert (totals.fabric_intervals.count, totals.fabric_intervals.of) == (8, 9)
     assert (totals.worst_heldout.case, totals.worst_heldout.after_mm) == ("case_002", 1.3)
+    assert (totals.heldout_worse, totals.heldout_lost) == (("case_002",), ())
     assert totals_of(CASES[:1]).worst_heldout is None
     assert totals_of([]).median_seconds is None
+
+
+def test_coefficients_of_one_fit_count_as_few_trials_where_they_hold_or_fail_together():
+    together = share_by_case([[True] * 5] * 9 + [[False] * 5] * 3)
+    each = share_by_case([[True]] * 45 + [[False]] * 15)
+    assert (together.count, together.of) == (each.count, each.of) == (45, 60)
+    assert together.high - together.low > 1.8 * (each.high - each.low)
+    assert (each.low, each.high) == pytest.approx(wilson_interval(45, 60))
+    assert share_by_case([[], []]).of == 0
+
+
+def test_a_model_without_a_simulation_is_a_harm_and_infinitely_far_off():
+    lost = outcome("case_001", "single", ["wind"], "named", ["wind"], heldout=(2.0, None), oracle_mm=0.5)
+    lost = lost.model_copy(update={"unseen_mm": (2.0, None), "oracle_unseen_mm": 0.5})
+    fine = [outcome(f"case_00{k}", "single", ["wind"], "named", ["wind"], oracle_mm=0.5) for k in (2, 3)]
+    fine = [one.model_copy(update={"unseen_mm": (2.0, 1.0), "oracle_unseen_mm": 0.5}) for one in fine]
+    totals = totals_of([lost, *fine])
+    assert totals.heldout_worse == totals.heldout_lost == totals.unseen_worse == totals.unseen_lost == ("case_001",)
+    assert (totals.unseen_ratio, totals.unseen_cases) == (0.5, 3)
+    assert (totals.unseen_gap_closed, totals.unseen_gaps) == (pytest.approx(1.0 / 1.5), 3)
+    assert (totals.gap_closed, totals.gaps) == (pytest.approx(1.0), 3)
+    alone = totals_of([lost])
+    assert (alone.unseen_ratio, alone.unseen_cases, alone.gap_closed, alone.gaps) == (None, 1, None, 1)
+    neither = lost.model_copy(update={"unseen_mm": (None, None)})
+    assert totals_of([neither]).unseen_worse == ()  # nothing was added that did it
 
 
 def test_what_was_gained_held_out_is_set_against_what_an_oracle_gains():
@@ -136,16 +164,6 @@ def test_strong_and_weak_effects_are_counted_apart():
     totals = totals_of([strong, *weak, unknown])
     assert (totals.named_above_limit.count, totals.named_above_limit.of) == (1, 1)
     assert (totals.named_below_limit.count, totals.named_below_limit.of) == (0, 2)
-
-
-def test_a_small_component_is_measured_by_the_largest_of_its_kind():
-    tilts = {
-        "tilt_x": Number(value=0.010, low=0.0, high=0.02, unit="rad", true=0.011),
-        "tilt_y": Number(value=0.0001, low=0.0, high=0.02, unit="rad", true=0.0002),
-    }
-    one = outcome("case_001", "single", ["gravity_tilt"], "named", ["gravity_tilt"])
-    one = one.model_copy(update={"found": one.found.model_copy(update={"effects": {"gravity_tilt": tilts}})})
-    assert totals_of([one]).effect_error == pytest.approx(0.5 * (0.001 + 0.0001) / 0.011)
 
 
 def test_an_effect_outside_the_table_that_was_called_ambiguous_counts_as_right_and_is_shown_apart():
@@ -195,3 +213,5 @@ def test_a_force_found_where_it_was_concealed_scores_one_and_elsewhere_none():
     assert scored(1 - concealed) == pytest.approx(0.0)
     answers["a/missing_n_m2"] = np.ones((50, 10))
     assert scored(concealed) is None  # what acts everywhere has no place
+    answers["a/missing_n_m2"] = 0.9 * NOTHING_N_M2 * concealed
+    assert scored(concealed) is None  # rounding is no force

@@ -56,6 +56,13 @@ def test_what_was_not_foretold_is_not_known(tmp_path):
         (foretold().iloc[1:], r"rows, 5 instants"),
         (foretold().drop(columns="y_m"), "y_m"),
         (foretold().iloc[:0], "at least one array"),
+        (foretold().assign(x_m="far"), "unsupported operand|did not contain a loop|ufunc"),
+        (
+            foretold()
+            .sort_values(["recording", "time_s", "marker"])
+            .assign(z_m=lambda rows: np.where(np.arange(len(rows)) == 4, np.nan, rows["z_m"])),
+            r"u: z_m of the marker in place 1 at 0.017 s is nan, in the answers .*bring the file that",
+        ),
     ],
 )
 def test_predictions_of_something_else_are_refused_with_their_file(tmp_path, table, said):

@@ -1,0 +1,84 @@
+"""A laboratory's answers, as far as they are read: what was concealed, and the courses that findings are set against."""
+
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pydantic
+
+from sim1.array_file import read_arrays, read_numbers
+from sim1.data_file import explained
+from sim1.proof.draw import Case
+from sim1.stage import BadInput
+
+WHAT, REMEDY = "answer", "film the case again"
+COURSE = ("stamps_s", "missing_n_m2")  # arrays of each recording
+
+
+class _Effect(pydantic.BaseModel, allow_inf_nan=False):
+    name: str
+    parameters: dict[str, float]
+    named_by_format: bool
+
+
+class Answers(pydantic.BaseModel, allow_inf_nan=False):
+    """What is read of a laboratory's answers; they hold more."""
+
+    case: Case
+    effects: list[_Effect]
+    baseline: dict[str, float]
+    places_given: bool
+
+
+def read_answers(path: Path, asked: Case) -> Answers:
+    """Read the answers and see that they are those of the drawn case.
+
+    Raises:
+        BadInput: missing, damaged, or answers to another question.
+    """
+    try:
+        answers = Answers.model_validate(json.loads(path.read_bytes()))
+    except (OSError, ValueError) as error:
+        said = explained(error) if isinstance(error, pydantic.ValidationError) else str(error)
+        raise BadInput(f"{path}: not readable as answers ({said}); {REMEDY}") from error
+    if (sorted(answers.case.effects), answers.case.seed) != (sorted(asked.effects), asked.seed):
+        raise BadInput(
+            f"{path}: answers for {list(answers.case.effects)} with seed {answers.case.seed}, drawn were {list(asked.effects)} with {asked.seed}"
+        )
+    return answers
+
+
+def read_courses(path: Path, recordings: Iterable[str]) -> dict[str, np.ndarray]:
+    """`NAME/stamps_s` (F,) and `NAME/missing_n_m2` (F, M) of every recording of the bundle, and of all others that the answers tell of.
+
+    Raises:
+        BadInput: the file is damaged, or an array is missing, of another shape or not finite.
+    """
+    told = {
+        name
+        for name, _, array in (key.rpartition("/") for key in read_arrays(path, (), WHAT, REMEDY))
+        if array in COURSE
+    }
+    names = sorted(told | set(recordings))
+    if not names:
+        raise BadInput(f"{path}: not a readable {WHAT} (no array 'NAME/stamps_s' of any recording); {REMEDY}")
+    shapes = {}
+    for name in names:
+        shapes |= {f"{name}/stamps_s": (f"F of {name}",), f"{name}/missing_n_m2": (f"F of {name}", "M")}
+    return read_numbers(path, shapes, WHAT, REMEDY)
+
+
+def kind_of(answers: Answers) -> Literal["null", "outside", "several", "single"]:
+    """What sort of question it was; one effect outside the table makes it `outside`."""
+    return kind_from([effect.named_by_format for effect in answers.effects])
+
+
+def kind_from(in_table: Sequence[bool]) -> Literal["null", "outside", "several", "single"]:
+    """The same from whether each concealed effect is one of the table."""
+    if not in_table:
+        return "null"
+    if not all(in_table):
+        return "outside"
+    return "single" if len(in_table) == 1 else "several"
