@@ -56,7 +56,9 @@ def _missing_packages(file: PolicyFile) -> list[str]:
         return []
     package = f"lerobot[{file.needs.extra}]" if file.needs.extra else " ".join(absent)
     version = f"=={importlib.metadata.version('lerobot')}" if file.needs.extra else ""
-    return [f"the Python package {', '.join(absent)} (uv pip install --python .venv/bin/python '{package}{version}', again after each set-up)"]
+    return [
+        f"the Python package {', '.join(absent)} (uv pip install --python .venv/bin/python '{package}{version}', again after each set-up)"
+    ]
 
 
 def _missing_weights(path: Path, weights: Weights | None) -> list[str]:
