@@ -45,6 +45,18 @@ def bars_shear(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) 
     return _level("bars_shear", cloth, bars(columns, rows), parts)
 
 
+def bars_slant(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
+    """The back clamp goes aside along its length, stays there while it pulls, and goes to the other side."""
+    aside, strain = 0.045 * rng.uniform(0.85, 1.15), 0.016 * rng.uniform(0.85, 1.15)
+
+    def parts(t, shift, turn):
+        pull = rise(t, MOVES_AT_S, 0.6) + there_and_back(t, 1.9, 0.6, 0.3)
+        shift[:, BACK, AWAY] += cloth.size_v_m * (TAUT + strain * pull)
+        shift[:, BACK, ALONG] += cloth.size_v_m * aside * (rise(t, 0.9, 0.9) - 1.5 * rise(t, 3.0, 0.8))
+
+    return _level("bars_slant", cloth, bars(columns, rows), parts)
+
+
 def centre_pull(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
     """A small gripper in the middle of the back edge pulls, then sideways: a strain that differs from place to place."""
     pull, aside = 0.045 * rng.uniform(0.85, 1.15), 0.04 * rng.uniform(0.85, 1.15)
@@ -85,4 +97,4 @@ def bars_wave(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -
     return _level("bars_wave", cloth, bars(columns, rows), parts)
 
 
-MOTIONS = {make.__name__: make for make in (bars_pull, centre_pull, bars_shear, bars_squeeze, bars_wave)}
+MOTIONS = {make.__name__: make for make in (bars_pull, bars_slant, centre_pull, bars_shear, bars_squeeze, bars_wave)}
