@@ -25,6 +25,7 @@ from benchmarks.concealed.effects.tabletop import (
     StaticFriction,
     ViscousFriction,
 )
+from benchmarks.concealed.motions.pulling import taut_load_n
 from benchmarks.concealed.setting import Setting
 
 Draw = Callable[[float, np.random.Generator, Setting], Effect]
@@ -141,7 +142,8 @@ def _adhesion(a: float, rng: np.random.Generator, s: Setting) -> Effect:
 
 
 def _grip_slip(a: float, rng: np.random.Generator, s: Setting) -> Effect:
-    return GripSlip({"threshold": float(rng.uniform(1.5, 2.2)) * s.cloth.weight_n, "rate": 0.01 * a})
+    resting = taut_load_n(s.cloth, s.rows)  # the largest of any motion: a recording promises half a second of rest
+    return GripSlip({"threshold": float(rng.uniform(1.25, 1.7)) * resting, "rate": 0.01 * a})
 
 
 def _grip_compliance(a: float, rng: np.random.Generator, s: Setting) -> Effect:

@@ -18,6 +18,17 @@ TAUT = 0.003
 """Strain along the sheet at rest: it sags by about a centimetre under its weight."""
 
 
+def taut_load_n(cloth: Cloth, rows: int) -> float:
+    """Pull of a clamp at rest: what TAUT asks of the free rows, and what a shallow arc under its own weight adds.
+
+    T / (E w) = strain + (W / T)^2 / 24, a heavy string of small sag.
+    """
+    free = 1 - 2 / (rows - 1)
+    stiffness, weight = cloth.stretch_n_m * cloth.size_u_m, cloth.weight_n * free
+    roots = np.roots([1 / stiffness, -TAUT / free, 0.0, -(weight**2) / 24])
+    return float(roots.real[np.abs(roots.imag) < 1e-9].max())
+
+
 def _level(name: str, cloth: Cloth, blocks: tuple[Block, ...], parts) -> Motion:
     origin = np.array([-cloth.size_u_m / 2, -cloth.size_v_m / 2, HEIGHT_M])
     return Motion(name, False, blocks, LEVEL, origin, course_of(2, parts))
