@@ -247,7 +247,7 @@ LIBRARY: dict[str, Recipe] = {
     "static_friction": Recipe(_static_friction, ("inch", "drag_raised", "lay_down", "shuttle"), (0.2, 2.5)),
     "anisotropic_friction": Recipe(_anisotropic_friction, ("trail", "shuttle", "drag_raised", "peel"), (0.1, 1.6)),
     "adhesion": Recipe(_adhesion, ("lift_off", "peel", "drag_raised", "lay_down"), (0.05, 6.0)),
-    "grip_slip": Recipe(_grip_slip, LOADS, (0.02, 4.0)),
+    "grip_slip": Recipe(_grip_slip, LOADS, (0.002, 4.0)),
     "grip_compliance": Recipe(_grip_compliance, LOADS, (0.05, 8.0)),
     "actuator_lag": Recipe(_actuator_lag, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 4.0), loose=True),
     "clock_offset": Recipe(_clock_offset, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 5.0), loose=True),
