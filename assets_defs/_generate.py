@@ -22,7 +22,8 @@ def generate(
         os.cpu_count() or 1
     ),
     seed: Annotated[
-        int, typer.Option(min=0, help="Of the attempts; the filters have learned from those of seed 0.")
+        int,
+        typer.Option(min=0, help="Of the attempts; another than candidate_trajectories has, from which filters learn."),
     ] = 1,
     variant: Annotated[str | None, typer.Option(help="Ablation variant whose artifacts are used.")] = None,
 ) -> None:
@@ -38,7 +39,7 @@ def generate(
     home, graph = open_home(None)
     folder = asked or home.root / "build" / "generated" / garment
     try:
-        inputs, nodes, versions = given(home, graph, garment, variant)
+        inputs, nodes, versions = given(home, graph, garment, variant, seed)
         from assets_defs._config import config_of
         from sim1.motion.algorithm import generate_until
 
@@ -61,12 +62,12 @@ def generate(
 
 
 def given(
-    home, graph, garment: str, variant: str | None
+    home, graph, garment: str, variant: str | None, seed: int
 ) -> tuple[dict[str, dict[str, Path]], list[Any], dict[str, str]]:
     """Inputs of both stages, their nodes, and the data version of each input.
 
     Raises:
-        BadInput: no such garment or variant.
+        BadInput: no such garment or variant, or a seed whose attempts the filters know.
         StoreError: an artifact is missing or damaged.
     """
     from assets_defs._store import verified
@@ -78,12 +79,35 @@ def given(
         raise BadInput(f"--variant {variant}: there are {sorted(graph.variants)}")
     stages = ("candidate_trajectories", "valid_trajectories")
     nodes = [graph.nodes.get(f"{variant}/{name}") or graph.nodes[name] for name in stages]
+    refuse_seed_learned_from(home, nodes[0], garment, seed)
     needed = {name: id_ for node in nodes for name, id_ in node.needs.items() if name not in stages}
     inputs, versions = {}, {}
     for name, id_ in needed.items():
         path, record = verified(home, graph.nodes[id_], garment)
         inputs[name], versions[name] = {garment: path}, record["data_version"]
     return inputs, nodes, versions
+
+
+def refuse_seed_learned_from(home, node: Any, garment: str, seed: int) -> None:
+    """Filters that judge the very attempts they were trained on would pass for better than they are.
+
+    Raises:
+        BadInput: the stage has this seed, by its config or by that of the artifact in the store.
+    """
+    from assets_defs._config import config_of
+    from assets_defs._store import place
+    from sim1.stage import BadInput
+
+    made = place(home, node, garment).record()
+    known = {f"{node.id} in the profile in force": config_of(node).seed}
+    if made:
+        known[f"{node.id}/{garment} in the store"] = made["parts"]["config"].get("seed")
+    for where, other in known.items():
+        if other == seed:
+            raise BadInput(
+                f"--seed {seed}: {where} has seed {other} too, and rules and video discriminator have learned from these very "
+                f"attempts; give --seed {next(n for n in range(1, 9) if n not in known.values())}, or any other"
+            )
 
 
 def code_of(nodes: list[Any]) -> dict[str, str]:

@@ -14,6 +14,7 @@ STRENGTHS = {"weak": 1.0, "medium": 3.5, "strong": 10.0}
 
 FILMED = 5
 HELD_OUT = 2
+DRAWS = 200
 
 
 @dataclass(frozen=True)
@@ -65,10 +66,13 @@ class Case:
 
 
 def plans(case: Case, setting: Setting) -> list[Plan]:
-    """FILMED motions, at least three of which show the effect, and HELD_OUT others, the first of which does; or those that were chosen."""
+    """FILMED motions, at least three of which show the effect, and HELD_OUT others, the first of which does; or those that were chosen.
+
+    Others are of other names, not filmed ones with other amplitudes, and of grips and contacts that filmed ones have.
+    """
     rng = case.stream("motions")
     shown_by = sorted({name for effect in case.effects for name in LIBRARY[effect].shown_by}, key=list(MOTIONS).index)
-    chosen, held_out = (list(case.motions), []) if case.motions else _drawn(case, shown_by, rng)
+    chosen, held_out = (list(case.motions), []) if case.motions else _drawn(case, shown_by, setting, rng)
     out = []
     for number, name in enumerate([*chosen, *held_out]):
         motion = MOTIONS[name](setting.cloth, setting.columns, setting.rows, rng)
@@ -77,24 +81,47 @@ def plans(case: Case, setting: Setting) -> list[Plan]:
     return out
 
 
-def _drawn(case: Case, shown_by: list[str], rng: np.random.Generator) -> tuple[list[str], list[str]]:
-    """Motions to film, in their order, and to hold out."""
-    table = [name for name in shown_by if name in TABLE_MOTIONS]
-    if table:
-        pool = [*TABLE_MOTIONS, *rng.choice(FREE_MOTIONS, 3, replace=False)]
-    elif case.effects and all(LIBRARY[effect].loose for effect in case.effects) and rng.random() < 0.4:
-        pool = [*FREE_MOTIONS, *rng.choice(TABLE_MOTIONS, 2, replace=False)]
-    elif not case.effects and rng.random() < 0.5:
-        pool = [*rng.choice(FREE_MOTIONS, 5, replace=False), *TABLE_MOTIONS]
-    else:
-        pool = list(FREE_MOTIONS)
-    shown = [str(name) for name in rng.permutation(shown_by or pool)]
-    chosen = _spread(case, shown, rng)
-    rest = [str(name) for name in rng.permutation([name for name in pool if name not in chosen])]
-    chosen += rest[: FILMED - len(chosen)]
-    held_out = [next((name for name in shown if name not in chosen), shown[0])]
-    held_out.append(next(name for name in rest if name not in chosen and name not in held_out))
-    return [str(name) for name in rng.permutation(chosen)], held_out
+def _drawn(case: Case, shown_by: list[str], setting: Setting, rng: np.random.Generator) -> tuple[list[str], list[str]]:
+    """Motions to film, in their order, and to hold out; drawn again until what is filmed leaves two that it says enough of."""
+    for _ in range(DRAWS):
+        pool = _pool(case, shown_by, rng)
+        shown = [str(name) for name in rng.permutation(shown_by or pool)]
+        chosen = _spread(case, shown, rng)
+        rest = [str(name) for name in rng.permutation([name for name in pool if name not in chosen])]
+        chosen += rest[: FILMED - len(chosen)]
+        known = [name for name in rest if name not in chosen and _foretellable(name, chosen, setting)]
+        first = next((name for name in shown if name in known), None)
+        others = [name for name in known if name != first]
+        if first and others:
+            return [str(name) for name in rng.permutation(chosen)], [first, others[0]]
+    raise ValueError(
+        f"{case.folder}: {DRAWS} draws of {FILMED} motions left no {HELD_OUT} others with their grips and their table, one of which "
+        f"shows an effect: add to the motions that do (benchmarks/concealed/effects/library.py): {', '.join(shown_by)}"
+    )
+
+
+def _pool(case: Case, shown_by: list[str], rng: np.random.Generator) -> list[str]:
+    """Motions that may be filmed beside those that show the effects."""
+    if any(name in TABLE_MOTIONS for name in shown_by):
+        return [*TABLE_MOTIONS, *rng.choice(FREE_MOTIONS, 3, replace=False)]
+    if case.effects and all(LIBRARY[effect].loose for effect in case.effects) and rng.random() < 0.4:
+        return [*FREE_MOTIONS, *rng.choice(TABLE_MOTIONS, 2, replace=False)]
+    if not case.effects and rng.random() < 0.5:
+        return [*rng.choice(FREE_MOTIONS, 5, replace=False), *TABLE_MOTIONS]
+    return list(FREE_MOTIONS)
+
+
+def _foretellable(name: str, filmed: list[str], setting: Setting) -> bool:
+    """Whether filmed motions have its table, if it has one, and all of its grips: nothing else tells how those hold the cloth."""
+    seen = [_bare(other, setting) for other in filmed]
+    motion = _bare(name, setting)
+    grips = {block for other in seen for block in other.blocks}
+    return set(motion.blocks) <= grips and (not motion.table or any(other.table for other in seen))
+
+
+def _bare(name: str, setting: Setting) -> Motion:
+    """A motion of that name: amplitudes do not matter to who asks for its grips."""
+    return MOTIONS[name](setting.cloth, setting.columns, setting.rows, np.random.default_rng(0))
 
 
 def _spread(case: Case, shown: list[str], rng: np.random.Generator) -> list[str]:

@@ -99,6 +99,8 @@ def _touch(x, v, inverse_mass, dt, contact):
             v[0, k] -= inverse_mass[k] * limit_x * limit_x * wx / length
             v[1, k] -= inverse_mass[k] * limit_y * limit_y * wy / length
             sticking[k] = False
+        if mu_x == mu and mu_y == mu and abs(share - 1) < 1e-12 and abs(allowed - 1) < 1e-12:
+            continue  # the baseline's law: the difference of two velocities would be a force of rounding size, not none
         baseline = min(mu * normal * inverse_mass[k] / speed, 1.0)
         missing[0, k] += mass * (v[0, k] - wx * (1 - baseline))
         missing[1, k] += mass * (v[1, k] - wy * (1 - baseline))

@@ -49,21 +49,36 @@ def _observed(effect: Effect, sample: Callable[[np.ndarray], np.ndarray]) -> Cal
 def tuned(
     case: Case, stage: Stage, plan_list: Sequence[Plan], without: Films, tries: int = 6
 ) -> tuple[list[Effect], Films, list[float]]:
-    """The case's effects, each as strong alone as the case asks, measured on the two motions out of three that show it best.
+    """The case's effects, each as strong as the case asks, measured on the two motions out of three that show it best.
 
-    Measured is what no fabric imitates, nor the other effect of a pair at up to `OTHER_STD` times its strength. Also the tracks that were made with all
-    of them on the way, those of a single effect, and how strong each came out, in units of the noise.
+    Measured is what no fabric imitates, nor the other effect of a pair at up to `OTHER_STD` times its strength: the second is tuned beside the first,
+    then the first once more beside the second. Also the tracks that were made with all of them on the way, those of a single effect, and how strong
+    each came out, in units of the noise.
     """
     scale = scale_of(stage, {name: _shown(name, plan_list) for name in case.effects}, without)
-    found: list[tuple[Effect, Films]] = []
+    found: list[Tuned] = []
     for name in case.effects:
-        scale = scale.beside(name, [effect for effect, _ in found])
-        found.append(_tuned(case, scale, name, tries))
+        scale = scale.beside(name, [one.effect for one in found])
+        found.append(_tuned(case, scale, name, USUAL[case.strength], tries))
     if len(found) > 1:
-        scale = scale.beside(case.effects[0], [found[1][0]])
-    strengths = [scale.strength(name, effect, films) for name, (effect, films) in zip(case.effects, found, strict=True)]
-    films = found[0][1] if len(found) == 1 else {}
-    return [effect for effect, _ in found], films, strengths
+        first, *later = case.effects
+        scale = scale.beside(first, [one.effect for one in found[1:]])
+        found[0] = _again(case, scale, first, found[0], tries)
+        for number, name in enumerate(later, start=1):
+            scale = scale.beside(name, [one.effect for one in found[:number]])
+    strengths = [scale.strength(name, one.effect, one.films) for name, one in zip(case.effects, found, strict=True)]
+    films = found[0].films if len(found) == 1 else {}
+    return [one.effect for one in found], films, strengths
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """An effect at the amplitude that was found for it."""
+
+    effect: Effect
+    amplitude: float
+    films: Films
+    """Tracks with it alone of the motions that show it, on the laboratory's grid."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,8 +159,8 @@ def _shown(name: str, plan_list: Sequence[Plan]) -> list[Plan]:
     return ([plan for plan in filmed if plan.motion.name in LIBRARY[name].shown_by] or filmed)[:3]
 
 
-def _tuned(case: Case, scale: Scale, name: str, tries: int) -> tuple[Effect, Films]:
-    """Sought on the bundle's own mesh, then set right on the laboratory's grid."""
+def _tuned(case: Case, scale: Scale, name: str, usual: float, tries: int) -> Tuned:
+    """Sought on the bundle's own mesh, from a usual amplitude on, then set right on the laboratory's grid."""
     recipe, wanted = LIBRARY[name], STRENGTHS[case.strength]
 
     def drawn(amplitude: float) -> Effect:
@@ -154,13 +169,24 @@ def _tuned(case: Case, scale: Scale, name: str, tries: int) -> tuple[Effect, Fil
     def rough(amplitude: float) -> tuple[float, float]:
         return scale.rough_strength(name, drawn(amplitude)) / wanted, amplitude
 
-    def fine(amplitude: float) -> tuple[float, tuple[Effect, Films]]:
+    def fine(amplitude: float) -> tuple[float, Tuned]:
         effect = drawn(amplitude)
         films = scale.films(name, effect)
-        return scale.strength(name, effect, films) / wanted, (effect, films)
+        return scale.strength(name, effect, films) / wanted, Tuned(effect, amplitude, films)
 
-    near = nearest_to_one(rough, USUAL[case.strength], recipe.amplitudes, tries)
+    near = nearest_to_one(rough, usual, recipe.amplitudes, tries)
     return nearest_to_one(fine, near, recipe.amplitudes, CORRECTIONS)
+
+
+def _again(case: Case, scale: Scale, name: str, found: Tuned, tries: int) -> Tuned:
+    """The first effect, which was tuned with nothing beside it: once more, where the others take so much of it that it is not as strong as asked."""
+    share = max(scale.strength(name, found.effect, found.films) / STRENGTHS[case.strength], 1e-9)
+    following = float(np.clip(found.amplitude / share, *LIBRARY[name].amplitudes))
+    if abs(np.log(share)) < WITHIN or following == found.amplitude:
+        return found
+    other = _tuned(case, scale, name, following, tries)
+    instead = max(scale.strength(name, other.effect, other.films) / STRENGTHS[case.strength], 1e-9)
+    return other if abs(np.log(instead)) < abs(np.log(share)) else found
 
 
 def nearest_to_one[T](

@@ -1,5 +1,7 @@
 """What there is to conceal, and which motions a case films."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -32,6 +34,8 @@ NAMES = {
     "gravity_tilt": "tilt_x tilt_y",
 }
 """The format's table."""
+
+PAIRS = (("grip_slip", "grip_compliance"), ("air_drag", "static_friction"), ("anisotropic_friction", "adhesion"))
 
 
 def test_the_table_of_the_format_is_there_with_its_parameters_and_more_besides():
@@ -69,6 +73,32 @@ def test_each_case_films_five_motions_that_show_its_effect_and_two_more():
     for effect in pair.effects:
         assert len(set(shown) & set(LIBRARY[effect].shown_by)) >= 2
     assert set(FREE_MOTIONS) < set(MOTIONS)
+
+
+@pytest.mark.parametrize("effects", [(), *((name,) for name in LIBRARY), *PAIRS], ids="+".join)
+def test_motions_that_no_diagnosis_is_given_are_others_and_can_be_foretold_from_what_it_is(effects):
+    for seed in range(6):
+        case = Case(effects, "medium", seed)
+        found = plans(case, case.setting())
+        filmed, (first, second) = found[:5], found[5:]
+        assert first.held_out
+        assert second.held_out
+        assert len({plan.motion.name for plan in found}) == 7, (
+            "none is a filmed one, or the other one, with other amplitudes"
+        )
+        assert first.motion.name in {name for effect in effects for name in LIBRARY[effect].shown_by} or not effects
+        for unseen in (first, second):
+            assert set(unseen.motion.blocks) <= {block for plan in filmed for block in plan.motion.blocks}
+            assert not unseen.motion.table or any(plan.motion.table for plan in filmed)
+
+
+def test_an_effect_that_only_a_grip_of_its_own_shows_leaves_nothing_to_foretell(monkeypatch):
+    monkeypatch.setitem(LIBRARY, "adhesion", replace(LIBRARY["adhesion"], shown_by=("trail",)))
+    case = Case(("adhesion",), "medium", 0)
+    with pytest.raises(
+        ValueError, match=r"adhesion_0: 200 draws of 5 motions left no 2 others .* add to the motions that do .*: trail"
+    ):
+        plans(case, case.setting())
 
 
 def test_chosen_motions_are_filmed_in_their_order_and_no_other():

@@ -252,6 +252,20 @@ def test_friction_laws_stick_longer_and_slide_along_the_ellipse():
     assert (lost[0] / 0.6) ** 2 + (lost[1] / 0.3) ** 2 == pytest.approx((9.81 * 0.001) ** 2, rel=0.02)
 
 
+def test_friction_by_the_baselines_law_lacks_no_force_at_all_and_any_other_does():
+    def missing(friction):
+        bench = Bench(CLOTH, 4, 4, friction=friction)
+        bench.v[0, bench.grid.inside], bench.v[1, bench.grid.inside] = 0.5, 0.2
+        bench.run(0.01, (1.0, 0.5, -9.81))
+        lacking, pressed = bench.contact.take_impulses()
+        assert pressed.max() > 0
+        return np.abs(lacking).max()
+
+    assert missing(Friction(0.4, 0.4)) == 0
+    for other in (Friction(0.4, 0.3), Friction(0.4, 0.4, static_ratio=1.5, stribeck_speed_m_s=0.3)):
+        assert missing(other) > 1e-9
+
+
 def test_step_is_just_stable():
     """The bound on the step holds for the true highest frequency, and is not far from it."""
     for damping in (0.0, 1e-3):

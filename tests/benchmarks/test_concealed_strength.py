@@ -1,11 +1,15 @@
 """An effect is made as strong as its case asks, also where what it does is not proportional to it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.concealed.strength import nearest_to_one
+from benchmarks.concealed import strength
+from benchmarks.concealed.case import STRENGTHS, Case
+from benchmarks.concealed.strength import nearest_to_one, tuned
 
 LIMITS = (0.02, 10.0)
 
@@ -45,3 +49,43 @@ def test_what_is_out_of_reach_stops_at_the_end_of_its_range(slope, end):
     taken, tried = search(lambda a: slope * a)
     assert taken == end
     assert tried.count(end) == 1
+
+
+AMPLITUDES = {"air_drag": lambda p: p["c_normal"] / 1.4, "added_mass": lambda p: p["mass"] / 0.08}
+
+
+class Imitating:
+    """A scale by which an effect is as strong as its amplitude says, and `left` of that beside another one."""
+
+    def __init__(self, case, left, beside=()):
+        self.stage, self._case, self._left, self._beside = SimpleNamespace(setting=case.setting()), case, left, beside
+        self.filmed = []
+
+    def beside(self, name, effects):
+        other = Imitating(self._case, self._left, {*self._beside, *([name] if effects else [])})
+        other.filmed = self.filmed
+        return other
+
+    def rough_strength(self, name, effect):
+        alone = AMPLITUDES[name](effect.parameters) * STRENGTHS[self._case.strength]
+        return alone * (self._left if name in self._beside else 1.0)
+
+    def strength(self, name, effect, films):
+        return self.rough_strength(name, effect)
+
+    def films(self, name, effect):
+        self.filmed.append(name)
+        return {}
+
+
+@pytest.mark.parametrize(("left", "films"), [(0.3, 2), (0.9, 1)])
+def test_the_first_of_a_pair_is_made_stronger_where_the_second_imitates_it_and_stays_where_not(
+    monkeypatch, left, films
+):
+    case = Case(("air_drag", "added_mass"), "medium", 0)
+    scale = Imitating(case, left)
+    monkeypatch.setattr(strength, "scale_of", lambda *given: scale)
+    effects, _, strengths = tuned(case, scale.stage, [], {})
+    assert [effect.name for effect in effects] == list(case.effects)
+    assert np.abs(np.log(np.divide(strengths, STRENGTHS["medium"]))).max() < np.log(1.4)
+    assert scale.filmed.count("air_drag") == films

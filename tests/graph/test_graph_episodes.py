@@ -1,15 +1,17 @@
 """`sim1 generate` and `sim1 replay`: what they are asked for and cannot do is one line."""
 
 import json
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from assets_defs import _config, _store
-from assets_defs._generate import code_of
+from assets_defs._generate import code_of, given, refuse_seed_learned_from
 from assets_defs._origin import Origin, inputs_then, origin_of
 from assets_defs._replay import CELL
+from assets_defs._store import StoreError, place
 from pipeline.graph import load_graph
 from pipeline.home import REPOSITORY, Home
 from sim1.motion.stage import CandidateTrajectoriesConfig
@@ -20,6 +22,36 @@ def test_generating_needs_a_garment_that_there_is(project):
     answer = project.command("generate", "glove", "--target", "3")
     assert answer.returncode == 2
     assert "glove: there is no data/garments/glove.yaml; there are ['shirt', 'towel']" in answer.stderr
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_seed_whose_attempts_the_filters_have_learned_from_is_refused(tmp_path, seed):
+    home = home_with(tmp_path, f"candidate_trajectories: {{seed: {seed}}}\n")
+    graph = load_graph(home, "own")
+    said = rf"--seed {seed}: candidate_trajectories in the profile in force has seed {seed} too.*; give --seed {seed + 1}, or"
+    with pytest.raises(BadInput, match=said):
+        given(home, graph, "towel", None, seed)
+    with pytest.raises(StoreError, match="the artifact is missing"):  # it goes on with another one
+        given(home, graph, "towel", None, seed + 1)
+
+
+def test_also_the_seed_of_attempts_that_another_profile_made_is_refused(tmp_path):
+    home = home_with(tmp_path, "{}\n")
+    node = load_graph(home, "own").nodes["candidate_trajectories"]
+    made = place(home, node, "towel").final
+    made.mkdir(parents=True)
+    (made / "artifact.json").write_text(json.dumps({"parts": {"config": {"seed": 1}}}))
+    with pytest.raises(BadInput, match=r"--seed 1: candidate_trajectories/towel in the store has seed 1 too"):
+        refuse_seed_learned_from(home, node, "towel", 1)
+    refuse_seed_learned_from(home, node, "towel", 2)
+
+
+def home_with(root: Path, profile: str) -> Home:
+    """The project's stages and garments in a folder of its own, with one more profile."""
+    for name in ("pipeline", "data/garments"):
+        shutil.copytree(REPOSITORY / name, root / name)
+    (root / "pipeline" / "profiles" / "own.yaml").write_text(profile)
+    return Home(root)
 
 
 def test_an_episode_of_no_artifact_is_named_with_where_they_lie(project):

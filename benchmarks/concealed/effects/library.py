@@ -25,6 +25,7 @@ from benchmarks.concealed.effects.tabletop import (
     StaticFriction,
     ViscousFriction,
 )
+from benchmarks.concealed.motions.pulling import taut_load_n
 from benchmarks.concealed.setting import Setting
 
 Draw = Callable[[float, np.random.Generator, Setting], Effect]
@@ -32,7 +33,9 @@ Draw = Callable[[float, np.random.Generator, Setting], Effect]
 
 SWINGS = ("swing_out", "fast_swing", "twist", "bar_swing", "bar_roll", "bars_wave")
 BENDS = ("bar_tilt", "bars_squeeze", "bars_wave", "bar_swing", "spread")
-PULLS = ("centre_pull", "bars_shear", "spread")
+PULLS = ("centre_pull", "bars_shear", "bars_slant", "spread")
+LOADS = (*PULLS, "bars_pull")
+"""Of a grip: two clamps that pull a sheet evenly show how they hold it, and next to nothing of its stretch, which they dictate."""
 HANGS = ("swing_out", "twist", "bar_swing", "bar_tilt", "bars_wave", "bars_squeeze", "heave")
 UPRIGHT = ("swing_out", "twist", "bar_swing", "bar_tilt", "heave", "fast_swing")
 TABLE = ("drag_raised", "lift_off", "peel", "lay_down", "shuttle", "inch")
@@ -139,7 +142,8 @@ def _adhesion(a: float, rng: np.random.Generator, s: Setting) -> Effect:
 
 
 def _grip_slip(a: float, rng: np.random.Generator, s: Setting) -> Effect:
-    return GripSlip({"threshold": float(rng.uniform(1.5, 2.2)) * s.cloth.weight_n, "rate": 0.01 * a})
+    resting = taut_load_n(s.cloth, s.rows)  # the largest of any motion: a recording promises half a second of rest
+    return GripSlip({"threshold": float(rng.uniform(1.25, 1.7)) * resting, "rate": 0.01 * a})
 
 
 def _grip_compliance(a: float, rng: np.random.Generator, s: Setting) -> Effect:
@@ -243,8 +247,8 @@ LIBRARY: dict[str, Recipe] = {
     "static_friction": Recipe(_static_friction, ("inch", "drag_raised", "lay_down", "shuttle"), (0.2, 2.5)),
     "anisotropic_friction": Recipe(_anisotropic_friction, ("trail", "shuttle", "drag_raised", "peel"), (0.1, 1.6)),
     "adhesion": Recipe(_adhesion, ("lift_off", "peel", "drag_raised", "lay_down"), (0.05, 6.0)),
-    "grip_slip": Recipe(_grip_slip, PULLS, (0.02, 4.0)),
-    "grip_compliance": Recipe(_grip_compliance, PULLS, (0.05, 8.0)),
+    "grip_slip": Recipe(_grip_slip, LOADS, (0.002, 4.0)),
+    "grip_compliance": Recipe(_grip_compliance, LOADS, (0.05, 8.0)),
     "actuator_lag": Recipe(_actuator_lag, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 4.0), loose=True),
     "clock_offset": Recipe(_clock_offset, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 5.0), loose=True),
     "frame_offset": Recipe(_frame_offset, (*HANGS, *PULLS), (0.05, 5.0), loose=True),

@@ -18,6 +18,17 @@ TAUT = 0.003
 """Strain along the sheet at rest: it sags by about a centimetre under its weight."""
 
 
+def taut_load_n(cloth: Cloth, rows: int) -> float:
+    """Pull of a clamp at rest: what TAUT asks of the free rows, and what a shallow arc under its own weight adds.
+
+    T / (E w) = strain + (W / T)^2 / 24, a heavy string of small sag.
+    """
+    free = 1 - 2 / (rows - 1)
+    stiffness, weight = cloth.stretch_n_m * cloth.size_u_m, cloth.weight_n * free
+    roots = np.roots([1 / stiffness, -TAUT / free, 0.0, -(weight**2) / 24])
+    return float(roots.real[np.abs(roots.imag) < 1e-9].max())
+
+
 def _level(name: str, cloth: Cloth, blocks: tuple[Block, ...], parts) -> Motion:
     origin = np.array([-cloth.size_u_m / 2, -cloth.size_v_m / 2, HEIGHT_M])
     return Motion(name, False, blocks, LEVEL, origin, course_of(2, parts))
@@ -43,6 +54,18 @@ def bars_shear(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) 
         shift[:, BACK, ALONG] += cloth.size_v_m * shear * wave(t, 1.0, 3.6, 0.55)
 
     return _level("bars_shear", cloth, bars(columns, rows), parts)
+
+
+def bars_slant(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
+    """The back clamp goes aside along its length, stays there while it pulls, and goes to the other side."""
+    aside, strain = 0.045 * rng.uniform(0.85, 1.15), 0.016 * rng.uniform(0.85, 1.15)
+
+    def parts(t, shift, turn):
+        pull = rise(t, MOVES_AT_S, 0.6) + there_and_back(t, 1.9, 0.6, 0.3)
+        shift[:, BACK, AWAY] += cloth.size_v_m * (TAUT + strain * pull)
+        shift[:, BACK, ALONG] += cloth.size_v_m * aside * (rise(t, 0.9, 0.9) - 1.5 * rise(t, 3.0, 0.8))
+
+    return _level("bars_slant", cloth, bars(columns, rows), parts)
 
 
 def centre_pull(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
@@ -85,4 +108,4 @@ def bars_wave(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -
     return _level("bars_wave", cloth, bars(columns, rows), parts)
 
 
-MOTIONS = {make.__name__: make for make in (bars_pull, centre_pull, bars_shear, bars_squeeze, bars_wave)}
+MOTIONS = {make.__name__: make for make in (bars_pull, bars_slant, centre_pull, bars_shear, bars_squeeze, bars_wave)}

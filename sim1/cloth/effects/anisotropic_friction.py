@@ -55,14 +55,18 @@ class AnisotropicFriction(Effect):
         return {"mu_x": world.friction * root, "mu_y": world.friction / root}
 
     @classmethod
+    def searched(cls, parameters: dict[str, float]) -> dict[str, float]:
+        """Their ratio; the mean is the world's."""
+        return {"ratio": parameters["mu_x"] / max(parameters["mu_y"], 1e-9)}
+
+    @classmethod
     def units(cls) -> dict[str, str]:
         """Unit of each parameter of a model file."""
         return {"mu_x": "1", "mu_y": "1"}
 
     def act(self, world: World) -> World:
         """The world with both coefficients."""
-        mean = (self.mu_x * self.mu_y) ** 0.5
-        return replace(world, friction=mean, friction_ratio=self.mu_x / max(self.mu_y, 1e-9))
+        return super().act(replace(world, friction=(self.mu_x * self.mu_y) ** 0.5))
 
 
 @wp.kernel(enable_backward=False)

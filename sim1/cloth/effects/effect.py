@@ -95,13 +95,18 @@ class Effect:
         return {c.name: values[c.name] for c in cls.coefficients}
 
     @classmethod
+    def searched(cls, parameters: dict[str, float]) -> dict[str, float]:
+        """The inverse of `published`: coefficients of a search from parameters of a model file; what is not among them is left out."""
+        return {c.name: parameters[c.name] for c in cls.coefficients if c.name in parameters}
+
+    @classmethod
     def units(cls) -> dict[str, str]:
         """Unit of each parameter of a model file."""
         return {c.name: c.unit for c in cls.coefficients}
 
     def act(self, world: World) -> World:
         """The world with this effect at its parameters."""
-        return self.alter(world, {c.name: getattr(self, c.name) for c in self.coefficients})
+        return self.alter(world, self.searched({field.name: getattr(self, field.name) for field in fields(self)}))
 
     def shape(self, solver: Any) -> None:
         """Change the arrays of `solver.sheet`, once, when the solver is made or the model changed; by falling `rank`."""

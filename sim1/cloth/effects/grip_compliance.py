@@ -37,12 +37,13 @@ class GripCompliance(Effect):
         return {"stiffness": 1.0 / max(values["compliance"], 1e-6)}
 
     @classmethod
+    def searched(cls, parameters: dict[str, float]) -> dict[str, float]:
+        """Compliance from stiffness."""
+        return {"compliance": 1.0 / parameters["stiffness"]}
+
+    @classmethod
     def units(cls) -> dict[str, str]:
         """Unit of each parameter of a model file."""
         return {"stiffness": "N/m"}
-
-    def act(self, world: World) -> World:
-        """The world with such a grip."""
-        return replace(world, compliance_m_n=1.0 / self.stiffness)
 
     measured: ClassVar[bool] = True
