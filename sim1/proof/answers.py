@@ -20,6 +20,7 @@ COURSE = ("stamps_s", "missing_n_m2")  # arrays of each recording
 class _Effect(pydantic.BaseModel, allow_inf_nan=False):
     name: str
     parameters: dict[str, float]
+    extras: dict[str, float] = {}  # true values that the format's table has no name for, as a wind's drag
     named_by_format: bool
 
 
@@ -32,8 +33,8 @@ class Answers(pydantic.BaseModel, allow_inf_nan=False):
     places_given: bool
 
 
-def read_answers(path: Path, asked: Case) -> Answers:
-    """Read the answers and see that they are those of the drawn case.
+def read_answers(path: Path, asked: Case | None = None) -> Answers:
+    """Read the answers and see that they are those of the drawn case, where one is given.
 
     Raises:
         BadInput: missing, damaged, or answers to another question.
@@ -43,7 +44,7 @@ def read_answers(path: Path, asked: Case) -> Answers:
     except (OSError, ValueError) as error:
         said = explained(error) if isinstance(error, pydantic.ValidationError) else str(error)
         raise BadInput(f"{path}: not readable as answers ({said}); {REMEDY}") from error
-    if (sorted(answers.case.effects), answers.case.seed) != (sorted(asked.effects), asked.seed):
+    if asked and (sorted(answers.case.effects), answers.case.seed) != (sorted(asked.effects), asked.seed):
         raise BadInput(
             f"{path}: answers for {list(answers.case.effects)} with seed {answers.case.seed}, drawn were {list(asked.effects)} with {asked.seed}"
         )

@@ -3,15 +3,13 @@
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pydantic
 
 from sim1.array_file import read_arrays
 from sim1.cloth.physics import ClothPhysics
-from sim1.data_file import explained
+from sim1.proof.answers import Answers, read_answers
 from sim1.proof.files import Files, Oracle, write_whole
 from sim1.proof.score import Outcome
 from sim1.proof.unseen import off_m
@@ -34,7 +32,9 @@ def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str]
             continue
         began = time.monotonic()
         fabric = {name: n.true for name, n in one.found.fabric.items() if n.true is not None}
-        off_m, told = heldout_m(read_bundle(files.bundle(one.case)), concealed(files.answers(one.case)), fabric)
+        off_m, told = heldout_m(
+            read_bundle(files.bundle(one.case)), concealed(read_answers(files.answers(one.case))), fabric
+        )
         seconds = round(time.monotonic() - began, 3)
         answer = Oracle(
             case=one.case,
@@ -51,29 +51,9 @@ def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str]
         tell(f"{one.case}: {said}; {number} of {len(asked)} asked")
 
 
-class _Effect(pydantic.BaseModel):
-    name: str
-    parameters: dict[str, float]
-    extras: dict[str, float] = {}
-
-
-class _Answers(pydantic.BaseModel):
-    effects: list[_Effect]
-
-
-def concealed(answers: Path) -> dict[str, dict[str, float]]:
-    """True values by effect, also those that the format's table has no name for: a wind's drag is told as an extra.
-
-    Raises:
-        BadInput: the answers are missing or damaged.
-    """
-    try:
-        told = _Answers.model_validate_json(answers.read_bytes())
-    except OSError as error:
-        raise BadInput(f"{answers}: not readable ({error.strerror}); film the case again") from error
-    except pydantic.ValidationError as error:
-        raise BadInput(f"{answers}: {explained(error)}; film the case again") from error
-    return {effect.name: effect.extras | effect.parameters for effect in told.effects}
+def concealed(answers: Answers) -> dict[str, dict[str, float]]:
+    """True values by effect, with those that the format's table has no name for."""
+    return {effect.name: effect.extras | effect.parameters for effect in answers.effects}
 
 
 def _unseen_mm(files: Files, case: str, told: ClothPhysics) -> float | None:
