@@ -11,6 +11,12 @@ from sim1.policy.scaling import Error, Point, PowerLaw
 from sim1.policy.tried import Tried
 
 COLORS = {GENERATED: "#1f6fb4", SIMULATED: "#5a8f3c", REAL: "#b4531f"}
+BESIDE = {GENERATED: 0.98, SIMULATED: 1.0, REAL: 1.02}  # of one size, so that they do not hide each other
+NOTES = {
+    GENERATED: (-6, "right"),
+    SIMULATED: (6, "left"),
+    REAL: (6, "left"),
+}  # where counts stand, points beside, and how aligned
 
 
 def draw_error(points: Sequence[Point], fits: Sequence[PowerLaw]) -> Figure:
@@ -49,9 +55,10 @@ def draw_success(points: Sequence[Point]) -> Figure:
             if shown:
                 rows = [(size, *_percent(tried)) for size, tried in shown]
                 _bars(axes, trained, rows)
+                right, aligned = NOTES[trained]
                 for (size, tried), (_, share, *_) in zip(shown, rows, strict=True):
-                    note = f"{tried.success_count} of {tried.trial_count}"
-                    axes.annotate(note, (size, share), (5, 5), textcoords="offset points", fontsize=7)
+                    note, at = f"{tried.success_count} of {tried.trial_count}", (size * BESIDE[trained], share)
+                    axes.annotate(note, at, (right, 4), textcoords="offset points", ha=aligned, fontsize=7)
         _size_axis(axes, points)
         axes.set(ylabel="success (%), 95 % interval", ylim=(-4, 108))
         axes.set_title(f"Closed loop, simulated: {shift}", fontsize=10)
@@ -67,6 +74,7 @@ def _panels(count: int) -> tuple[Figure, list[Axes]]:
 def _bars(axes: Axes, trained: str, rows: list[tuple[float, float, float, float]]) -> None:
     sizes, middle, low, high = np.array(rows, float).T
     bars = np.clip([middle - low, high - middle], 0, None)
+    sizes = sizes * BESIDE[trained]
     axes.errorbar(sizes, middle, yerr=bars, fmt="o", capsize=4, color=COLORS[trained], label=NAMES[trained])
 
 
@@ -85,6 +93,6 @@ def _size_axis(axes: Axes, points: Sequence[Point]) -> None:
     axes.set_xscale("log")
     axes.set_xticks(sizes, [f"{size:g}" for size in sizes])
     axes.set_xticks([], minor=True)
-    axes.margins(x=0.15)
+    axes.margins(x=0.2)
     axes.set_xlabel("training trajectories")
     axes.grid(alpha=0.25)
