@@ -31,7 +31,7 @@ def test_thresholds_are_those_in_force():
         f"within {asked.margin:g} nats or {asked.margin_share:.1%} of its gain".replace("%", " %"),
         f"a mean square of {asked.left:g} at most",
         f"less {asked.per_term:g} for each effect",
-        f"measured on {asked.nulls} virtual bundles",
+        f"calibrated on {asked.nulls} virtual bundles",
     ):
         assert said in PAGE, said
 
