@@ -1,6 +1,7 @@
 """The laboratory that films the cases: another program, called by its command line, which is all that is known of it here."""
 
 import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,11 @@ class Laboratory:
     command: tuple[str, ...]
     home: Path  # where it is run
 
+    @property
+    def argv(self) -> tuple[str, ...]:
+        """What is started: `python` is the one that runs this, wherever it lies."""
+        return (sys.executable, *self.command[1:]) if self.command[0] == "python" else self.command
+
     def effects(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Names of the effects that it can conceal: those of the format's table, and those outside it.
 
@@ -23,7 +29,7 @@ class Laboratory:
             BadInput: it cannot be run, or lists something else.
         """
         try:
-            done = subprocess.run([*self.command, "list"], cwd=self.home, capture_output=True, text=True, check=False)
+            done = subprocess.run([*self.argv, "list"], cwd=self.home, capture_output=True, text=True, check=False)
         except OSError as error:
             raise BadInput(f"--laboratory {' '.join(self.command)}: cannot be run ({error})") from error
         rows = [line.split() for line in done.stdout.splitlines() if line.strip()]
@@ -42,7 +48,7 @@ class Laboratory:
         effects = [word for name in case.effects or ("none",) for word in ("--effect", name)]
         places = ["--bundle", str(bundle), "--held-out", str(unseen), "--answers", str(answers)]
         drawn = ["--strength", case.strength, "--seed", str(case.seed)]
-        processes.run([*self.command, "make", *effects, *places, *drawn], cwd=self.home)
+        processes.run([*self.argv, "make", *effects, *places, *drawn], cwd=self.home)
         if not filmed(bundle, unseen, answers):
             raise NotDone(
                 f"the laboratory ended well and did not write all of {bundle}, {unseen}, {answers} and its .npz"
