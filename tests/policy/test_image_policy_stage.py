@@ -5,26 +5,21 @@ import json
 import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
-import torch
 import yaml
 from painted_world import HELD_OUT, Painter, write_world
 from safetensors.torch import load_file, save_file
 
-from sim1.policy.image.build import Trained
 from sim1.policy.image.clips import split_clips
-from sim1.policy.image.evaluation import errors_of, without_pictures
 from sim1.policy.image.measures import BLANK, DATASET
 from sim1.policy.image.policy_file import SCHEMA
-from sim1.policy.image.shifts import IN_DOMAIN, TITLES
+from sim1.policy.image.shifts import TITLES
 from sim1.policy.image.stage import ImagePolicyConfig, check_image_policy, image_policy
 from sim1.progress import listening
 from sim1.stage import BadInput, Inputs
-from sim1.statistics import bootstrap_mean_interval
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # of torch and torchvision, not of this project
 CONFIG = ImagePolicyConfig(
@@ -246,80 +241,6 @@ def test_the_check_sees_a_lost_error_a_stranger_and_a_lost_step(artifact):
     errors.to_parquet(artifact / "open_loop.parquet")
     pd.read_parquet(artifact / "training.parquet").iloc[1:].to_parquet(artifact / "training.parquet")
     assert failed(check_image_policy(artifact)) == ["every_step_has_a_loss"]
-
-
-def test_intervals_are_over_trajectories_and_changes_are_paired(tmp_path):
-    from sim1.policy.image.measures import measure
-
-    stream = np.random.default_rng(0)
-    level = stream.uniform(0.1, 0.5, 6)  # trajectories differ by far more than a look changes
-    rows = [
-        {"pictures": name, "garment": "towel", "trajectory": str(place), "appearance": appearance, "joint_error_rad": own + more,
-         "openness_error": 0.1, "hold_joint_error_rad": 0.2, "hold_openness_error": 0.1}
-        for name, more, copies in ((DATASET, 0.0, 2), (IN_DOMAIN, 0.0, 1), ("lighting", 0.02, 1), (BLANK, 0.3, 1))
-        for place, own in enumerate(level)
-        for appearance in range(copies)
-    ]  # fmt: skip
-    points = {point.pictures: point for point in measure(pd.DataFrame(rows), seed=0)}
-    assert list(points) == [DATASET, IN_DOMAIN, "lighting", BLANK]
-    assert (points[DATASET].trajectory_count, points[DATASET].clip_count) == (6, 12)
-    wide = bootstrap_mean_interval(level, np.random.default_rng(1))
-    np.testing.assert_allclose(points[DATASET].joint_rad.interval, wide, atol=0.03)
-    np.testing.assert_allclose(points["lighting"].joint_change_rad.interval, (0.02, 0.02), atol=1e-9)
-    np.testing.assert_allclose(points["lighting"].openness_change.interval, (0.0, 0.0), atol=1e-9)
-    assert points[IN_DOMAIN].joint_change_rad is None
-    one = measure(pd.DataFrame(rows)[lambda table: table["trajectory"] == "0"], seed=0)
-    assert one[0].joint_rad.interval is None
-
-
-class Parrot(torch.nn.Module):
-    """A policy that commands the arms to stay where they are; remembers what it saw."""
-
-    def __init__(self, config):
-        super().__init__()
-        self.config, self.seen = config, []
-
-    def reset(self):
-        pass
-
-    def predict_action_chunk(self, batch):
-        self.seen.append(batch)
-        return batch["observation.state"][:, None].repeat(1, 7, 1)
-
-
-@pytest.fixture
-def parrot(world):
-    features = dict.fromkeys(("observation.images.head", "observation.state"))
-    config = SimpleNamespace(
-        input_features=features, observation_delta_indices=None, action_delta_indices=[0, 1], reward_delta_indices=None
-    )
-    return Trained(policy=Parrot(config), prepare=lambda batch: batch, restore=lambda chunk: chunk)
-
-
-def errors_on(world, parrot, **changes):
-    data = world.inputs["dataset"][""]
-    how = {"chunk_frames": 5, "every": 1, "batch": 4, "workers": 0, "seed": 0, **changes}
-    return errors_of(parrot, data, {DATASET: split_clips(data, 0.25, 0).held_out}, **how)
-
-
-def test_a_policy_that_stands_still_has_the_error_of_standing_still(world, parrot):
-    rows = errors_on(world, parrot)
-    assert len(rows) == 2
-    for row in rows:
-        assert row["joint_error_rad"] == pytest.approx(row["hold_joint_error_rad"], abs=1e-6) != 0
-        assert row["openness_error"] == pytest.approx(row["hold_openness_error"], abs=1e-6)
-    names = {name for batch in parrot.policy.seen for name in batch}
-    assert names == {"observation.images.head", "observation.state", "task"}  # no keypoints, no answers
-
-
-def test_without_pictures_a_policy_sees_one_colour_and_all_else(world, parrot):
-    color = np.array([0.1, 0.2, 0.3], np.float32).reshape(3, 1, 1)
-    errors_on(world, parrot, see=without_pictures({"observation.images.head": color}))
-    for batch in parrot.policy.seen:
-        picture = batch["observation.images.head"]
-        assert picture.shape[-2:] == (24, 32)
-        assert torch.equal(picture, torch.from_numpy(color).expand_as(picture))
-        assert batch["observation.state"].std() > 0
 
 
 def test_figures_in_the_record_are_those_of_the_table(made):
