@@ -175,8 +175,15 @@ def _whole_s(before: Path, part: Path, spent_s: float | None) -> float | None:
     known_s, files = record.get("whole_s"), record["files"]
     if known_s is None or spent_s is None:
         return None
-    kept = sum((part / name).is_file() and digest_file(part / name) == known["sha256"] for name, known in files.items())
+    kept = sum(_is_kept(part / name, known) for name, known in files.items())
     return round(known_s * kept / len(files) + spent_s, 3)
+
+
+def _is_kept(file: Path, known: dict[str, Any]) -> bool:
+    """Whether a file is that of the artifact before; one that still has its size and time, as most frames have, is not read for it."""
+    if not file.is_file() or file.stat().st_size != known["size"]:
+        return False
+    return file.stat().st_mtime_ns == known["mtime_ns"] or digest_file(file) == known["sha256"]
 
 
 def _inputs(home: Home, snapshot: Snapshot, node: Node, key: Key) -> dict[str, dict[str, Path]]:

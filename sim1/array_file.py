@@ -31,8 +31,7 @@ def read_arrays(path: Path, names: Iterable[str], what: str = "NPZ file", remedy
     except Exception as error:  # zipfile, zlib and numpy raise many kinds of errors on damaged files
         said = " ".join(str(error).split())[:160] or type(error).__name__
         raise BadInput(f"{path}: damaged, not a readable {what} ({place}{said}); {remedy}") from error
-    if missing := [name for name in names if name not in arrays]:
-        raise BadInput(f"{path}: not a readable {what} (no array {missing[0]!r}, only {sorted(arrays)}); {remedy}")
+    _require(arrays, path, names, what, remedy)
     return arrays
 
 
@@ -42,7 +41,22 @@ def read_numbers(path: Path, shapes: Mapping[str, Shape], what: str = "NPZ file"
     Raises:
         BadInput: as `read_arrays`, or an array is of another kind or shape, or holds a value that is not finite.
     """
-    arrays = read_arrays(path, shapes, what, remedy)
+    return numbers_of(read_arrays(path, (), what, remedy), path, shapes, what, remedy)
+
+
+def numbers_of(
+    arrays: Mapping[str, np.ndarray],
+    path: Path,
+    shapes: Mapping[str, Shape],
+    what: str = "NPZ file",
+    remedy: str = AGAIN,
+) -> dict[str, np.ndarray]:
+    """The same of arrays that were read from `path`.
+
+    Raises:
+        BadInput: an array is missing, of another kind or shape, or holds a value that is not finite.
+    """
+    _require(arrays, path, shapes, what, remedy)
     lengths: dict[int | str, int] = {}
     for name, shape in shapes.items():
         array = arrays[name]
@@ -57,3 +71,8 @@ def read_numbers(path: Path, shapes: Mapping[str, Shape], what: str = "NPZ file"
             where = tuple(int(index) for index in np.argwhere(~np.isfinite(array))[0])
             raise BadInput(f"{path}: array {name!r} is {array[where]} at {where}, expected finite numbers; {remedy}")
     return {name: arrays[name] for name in shapes}
+
+
+def _require(arrays: Mapping[str, np.ndarray], path: Path, names: Iterable[str], what: str, remedy: str) -> None:
+    if missing := [name for name in names if name not in arrays]:
+        raise BadInput(f"{path}: not a readable {what} (no array {missing[0]!r}, only {sorted(arrays)}); {remedy}")

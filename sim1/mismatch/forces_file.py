@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim1.array_file import read_arrays
+from sim1.array_file import Shape, numbers_of, read_arrays
 from sim1.stage import BadInput
 
 if TYPE_CHECKING:
     from sim1.mismatch.assimilate import Forces  # reading the file needs no simulator
 
-REMEDY = "diagnose the bundle again"
+WHAT, REMEDY = "file of forces", "diagnose the bundle again"
 
 type ForceCourses = dict[str, tuple[np.ndarray, np.ndarray]]
 """Recording -> time_s (T,) and force_n (T, M, 3), markers by rising number."""
@@ -31,10 +31,15 @@ def read_forces(path: Path) -> ForceCourses:
     """Read what `write_forces` wrote.
 
     Raises:
-        BadInput: missing or damaged.
+        BadInput: missing or damaged, or an array is missing, of another shape, of no instant or not finite.
     """
-    arrays = read_arrays(path, (), "file of forces", REMEDY)
+    arrays = read_arrays(path, (), WHAT, REMEDY)
     names = [key.removesuffix("/time_s") for key in arrays if key.endswith("/time_s")]
-    if lost := [name for name in names if f"{name}/force_n" not in arrays]:
-        raise BadInput(f"{path}: no array {lost[0] + '/force_n'!r} beside its times; {REMEDY}")
-    return {name: (arrays[f"{name}/time_s"], arrays[f"{name}/force_n"]) for name in names}
+    shapes: dict[str, Shape] = {}
+    for name in names:
+        shapes |= {f"{name}/time_s": (f"T of {name}",), f"{name}/force_n": (f"T of {name}", "M", 3)}
+    checked = numbers_of(arrays, path, shapes, WHAT, REMEDY)
+    for name in names:
+        if not len(checked[f"{name}/time_s"]):
+            raise BadInput(f"{path}: array '{name}/time_s' is of no instant; {REMEDY}")
+    return {name: (checked[f"{name}/time_s"], checked[f"{name}/force_n"]) for name in names}

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -26,6 +27,32 @@ PAPER_METHODS = {  # variant -> the paper's method that it comes nearest to, in 
     "diffusion": "+ diffusion-based generation",
     "calibrated": "+ deformation-stable solver",
 }
+
+
+class Record(TypedDict):
+    """A row of `table.json`, as `as_record` writes it."""
+
+    variant: str
+    candidate_count: int
+    accepted_count: int
+    accepted_and_successful_count: int
+    pass_rate: float | None
+    pass_rate_ci95: list[float]
+    training_size: int | None
+    trial_count: int
+    success_count: int
+    success_rate: float | None
+    all_trials: dict[str, Any] | None
+    shifts: list[dict[str, Any]]
+    worlds: dict[str, list[str]]
+    over_base: dict[str, Any] | None
+    own_stages: list[str]
+
+
+class Table(TypedDict):
+    """What is read of `table.json`."""
+
+    rows: list[Record]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +127,7 @@ def _largest(policies: Mapping[str, Path]) -> pd.DataFrame:
     return trials[trials["size"] == trials["size"].max()]
 
 
-def as_record(row: Row) -> Mapping[str, object]:
+def as_record(row: Row) -> Record:
     """JSON form, rates as shares of 1."""
     tried = row.all_trials
     return {

@@ -6,7 +6,7 @@ from typing import Any
 
 from sim1.clustered_share import Difference
 from sim1.policy import paper
-from sim1.policy.ablation import BASE, PAPER_METHODS, SCHEMA
+from sim1.policy.ablation import BASE, PAPER_METHODS, SCHEMA, Table
 from sim1.policy.counting import NOT_RUN, percentage_points, rate, read_figures
 from sim1.policy.shift_table import OURS
 from sim1.policy.tried import said_of_intervals
@@ -47,7 +47,7 @@ def read_rows(artifact: Path) -> list[dict[str, Any]]:
     Raises:
         BadInput: `table.json` is missing, damaged, or of another version.
     """
-    return list(read_figures(artifact / "table.json", SCHEMA, "ablation_report")["rows"])
+    return list(read_figures(artifact / "table.json", SCHEMA, "ablation_report", Table)["rows"])
 
 
 def result_sections(artifact: Path) -> list[Section]:

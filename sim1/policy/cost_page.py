@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from sim1.policy import paper
 from sim1.policy.cost import PER_TRAJECTORY_STAGES, Prices, Production, Timings
@@ -18,6 +18,23 @@ NOT_MEASURED = (
     "This machine: not measured, because no timings were given, nothing was accepted, or an artifact that every trajectory passes was "
     "made over a process that died, so that nobody knows how long it took."
 )
+
+
+class Way(TypedDict):
+    """A way of working, as `costs.json` has it."""
+
+    method: str
+    usd_per_day: float
+    trajectories_per_day: float
+    usd_per_trajectory: float | None
+    measured: bool
+
+
+class Costs(TypedDict):
+    """What is read of `costs.json`."""
+
+    accepted_count: int
+    methods: list[Way]
 
 
 def write_cost_page(out: Path, prices: Prices, timings: Timings) -> None:
@@ -74,7 +91,7 @@ def result_sections(artifact: Path) -> list[Section]:
 
 
 def _read(artifact: Path) -> dict[str, Any]:
-    return read_figures(artifact / "costs.json", SCHEMA, "cost_report")
+    return read_figures(artifact / "costs.json", SCHEMA, "cost_report", Costs)
 
 
 def _method(prices: Prices, found: Mapping[str, Any]) -> list[str]:

@@ -1,13 +1,15 @@
 """Counts that reports of several stages need."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import pydantic
 
 from sim1.clustered_share import Difference
+from sim1.data_file import explained
 from sim1.stage import BadInput
 from sim1.statistics import Interval, wilson_interval
 
@@ -15,23 +17,26 @@ NOT_RUN = "not run"
 _DECISION = ("accepted", "success", "perturbed")
 
 
-def read_table(path: Path) -> pd.DataFrame:
-    """A parquet table of an artifact.
+def read_table(path: Path, columns: Sequence[str] = ()) -> pd.DataFrame:
+    """A parquet table of an artifact, with at least these columns.
 
     Raises:
-        BadInput: missing or damaged.
+        BadInput: missing or damaged, or a column is missing.
     """
     try:
-        return pd.read_parquet(path)
+        table = pd.read_parquet(path)
     except (OSError, ValueError) as error:
         raise BadInput(f"{path}: not a readable table ({error}); make the artifact again") from error
+    if missing := [name for name in columns if name not in table.columns]:
+        raise BadInput(f"{path}: no column {', '.join(missing)}; make the artifact again")
+    return table
 
 
-def read_figures(path: Path, schema: str, stage: str) -> dict[str, Any]:
-    """What a report wrote as JSON.
+def read_figures(path: Path, schema: str, stage: str, content: type = dict) -> dict[str, Any]:
+    """What a report wrote as JSON; `content` is a TypedDict of what is read of it.
 
     Raises:
-        BadInput: missing, damaged, or of another version.
+        BadInput: missing, damaged, of another version, or without what is read of it.
     """
     try:
         found = json.loads(path.read_text())
@@ -40,6 +45,10 @@ def read_figures(path: Path, schema: str, stage: str) -> dict[str, Any]:
         raise BadInput(f"{path}: not readable ({error}); make {stage} again") from error
     if version != schema:
         raise BadInput(f"{path}: schema is {version!r}, expected {schema!r}; make {stage} again")
+    try:
+        pydantic.TypeAdapter(content).validate_python(found)
+    except pydantic.ValidationError as error:
+        raise BadInput(f"{path}: {explained(error)}; make {stage} again") from error
     return found
 
 
@@ -51,10 +60,7 @@ def read_decisions(artifacts: Mapping[str, Path]) -> pd.DataFrame:
     """
     tables = []
     for garment, folder in sorted(artifacts.items()):
-        table = read_table(folder / "decisions.parquet")
-        missing = set(_DECISION) - set(table.columns)
-        if missing:
-            raise BadInput(f"{folder}/decisions.parquet: no column {', '.join(sorted(missing))}; make it again")
+        table = read_table(folder / "decisions.parquet", _DECISION)
         tables.append(table[list(_DECISION)].astype(bool).assign(garment=garment))
     return pd.concat(tables, ignore_index=True)
 

@@ -149,7 +149,7 @@ def _train_all(
         model = train(lesson.training_set(size, seed), garments, plan, seed)
         if not model.is_finite():
             raise BadInput(
-                f"stage policy: {what}: its weights are no numbers after {plan.steps} steps; "
+                f"stage policy: {what}: its weights are not finite after {plan.steps} steps; "
                 f"set a smaller learning_rate than {plan.learning_rate:g} in the profile"
             )
         models[ModelKey(lesson.kind, size, seed)] = model

@@ -16,7 +16,7 @@ from sim1.policy.image_trials import page as image_trials_page
 from sim1.policy.image_trials.measures import read_result
 from sim1.report import Picture, Section
 from sim1.stage import BadInput, Inputs
-from sim1.validity.outcomes import ACCEPTED, outcome
+from sim1.validity.outcomes import ACCEPTED, OUTCOME, outcome
 
 type Artifacts = Mapping[str, Path]
 """Of one stage, by garment; "" for a joint one."""
@@ -47,14 +47,6 @@ def results(made: Inputs, remarks: Mapping[str, str]) -> list[Section]:
             sections = part.sections(made[part.stage]) if made[part.stage] else [_missing(part, "not run")]
         except BadInput as error:
             sections = [_missing(part, f"cannot be shown: {error}")]
-        except (
-            LookupError,
-            TypeError,
-            ValueError,
-            AttributeError,
-        ) as error:  # damaged, or by other code with the same number
-            said = f"{type(error).__name__}: {error}"
-            sections = [_missing(part, f"cannot be shown ({said}); remove its artifact and make it again")]
         found += [replace(section, paragraphs=[*remark, *section.paragraphs]) for section in sections]
     return found
 
@@ -87,7 +79,9 @@ def _trials(artifacts: Artifacts) -> list[Section]:
 
 def _generated(artifacts: Artifacts) -> list[Section]:
     """How generated attempts ended, counted and shown."""
-    tables = {garment: read_table(folder / "decisions.parquet") for garment, folder in sorted(artifacts.items())}
+    tables = {
+        garment: read_table(folder / "decisions.parquet", OUTCOME) for garment, folder in sorted(artifacts.items())
+    }
     rows = []
     for garment, table in tables.items():
         decisions = table.to_dict("records")

@@ -8,13 +8,15 @@ from typing import Literal
 import numpy as np
 import pydantic
 
-from sim1.array_file import read_arrays, read_numbers
+from sim1.array_file import Shape, numbers_of, read_arrays
+from sim1.cloth.effects import EFFECTS
 from sim1.data_file import explained
 from sim1.proof.draw import Case
 from sim1.stage import BadInput
 
 WHAT, REMEDY = "answer", "film the case again"
-COURSE = ("stamps_s", "missing_n_m2")  # arrays of each recording
+COURSE = ("/stamps_s", "/missing_n_m2")  # arrays of each recording
+TRUTH = ("/truth_s", "/truth_m")  # arrays of each motion that no diagnosis is given
 
 
 class _Effect(pydantic.BaseModel, allow_inf_nan=False):
@@ -37,13 +39,21 @@ def read_answers(path: Path, asked: Case | None = None) -> Answers:
     """Read the answers and see that they are those of the drawn case, where one is given.
 
     Raises:
-        BadInput: missing, damaged, or answers to another question.
+        BadInput: missing, damaged, with a value that no effect can have, or answers to another question.
     """
     try:
         answers = Answers.model_validate(json.loads(path.read_bytes()))
     except (OSError, ValueError) as error:
         said = explained(error) if isinstance(error, pydantic.ValidationError) else str(error)
         raise BadInput(f"{path}: not readable as answers ({said}); {REMEDY}") from error
+    for effect in answers.effects:
+        lowest = (
+            {name: low for name, (low, _) in EFFECTS[effect.name].allowed().items()} if effect.name in EFFECTS else {}
+        )
+        if bad := [name for name, value in effect.parameters.items() if value <= 0.0 < lowest.get(name, 0.0)]:
+            raise BadInput(
+                f"{path}: {effect.name}: {bad[0]} is {effect.parameters[bad[0]]:g}, must be above 0; {REMEDY}"
+            )
     if asked and (sorted(answers.case.effects), answers.case.seed) != (sorted(asked.effects), asked.seed):
         raise BadInput(
             f"{path}: answers for {list(answers.case.effects)} with seed {answers.case.seed}, drawn were {list(asked.effects)} with {asked.seed}"
@@ -51,24 +61,25 @@ def read_answers(path: Path, asked: Case | None = None) -> Answers:
     return answers
 
 
-def read_courses(path: Path, recordings: Iterable[str]) -> dict[str, np.ndarray]:
-    """`NAME/stamps_s` (F,) and `NAME/missing_n_m2` (F, M) of every recording of the bundle, and of all others that the answers tell of.
+def read_courses(path: Path, recordings: Iterable[str] = ()) -> dict[str, np.ndarray]:
+    """Courses in the answers, all finite:
+
+    `NAME/stamps_s` (F,) and `NAME/missing_n_m2` (F, M) of every one of `recordings`, and of all others that the answers tell of;
+    `NAME/truth_s` (T,) and `NAME/truth_m` (T, M, 3) of the motions that no diagnosis was given.
 
     Raises:
         BadInput: the file is damaged, or an array is missing, of another shape or not finite.
     """
-    told = {
-        name
-        for name, _, array in (key.rpartition("/") for key in read_arrays(path, (), WHAT, REMEDY))
-        if array in COURSE
-    }
-    names = sorted(told | set(recordings))
-    if not names:
+    arrays = read_arrays(path, (), WHAT, REMEDY)
+    filmed, unseen = ({key.rpartition("/")[0] for key in arrays if key.endswith(ends)} for ends in (COURSE, TRUTH))
+    if not (known := sorted(filmed | set(recordings))):
         raise BadInput(f"{path}: not a readable {WHAT} (no array 'NAME/stamps_s' of any recording); {REMEDY}")
-    shapes = {}
-    for name in names:
+    shapes: dict[str, Shape] = {}
+    for name in known:
         shapes |= {f"{name}/stamps_s": (f"F of {name}",), f"{name}/missing_n_m2": (f"F of {name}", "M")}
-    return read_numbers(path, shapes, WHAT, REMEDY)
+    for name in sorted(unseen):
+        shapes |= {f"{name}/truth_s": (f"T of {name}",), f"{name}/truth_m": (f"T of {name}", "markers", 3)}
+    return numbers_of(arrays, path, shapes, WHAT, REMEDY)
 
 
 def kind_of(answers: Answers) -> Literal["null", "outside", "several", "single"]:

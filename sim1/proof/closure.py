@@ -11,9 +11,9 @@ from sim1.proof.ledger import sha256_of
 from sim1.stage import BadInput
 
 ENTRY = "assets_defs._diagnose"  # the module by which a campaign starts a diagnosis and a prediction
-PACKAGES = ("sim1", "assets_defs")  # followed; of others, `LIBRARIES` are told by their versions
+PACKAGES = ("sim1", "assets_defs", "pipeline")  # followed; of others, `LIBRARIES` are told by their versions
 DATA = ("*.yaml", "*.jinja")  # beside a module: what it may read
-LIBRARIES = ("numpy", "scipy", "numba")
+LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "pandas", "pyarrow")  # that read, compute and write
 
 
 def code_sha256(root: Path) -> str:

@@ -7,11 +7,6 @@ from sim1.cloth.effects import EFFECTS
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.proof.score import Number
 
-SEARCHED = {  # what is searched, from what a model file holds in its place
-    "anisotropic_friction": lambda held: {"ratio": held["mu_x"] / held["mu_y"]},
-    "grip_compliance": lambda held: {"compliance": 1.0 / held["stiffness"]},
-}
-
 
 def effect_errors(effect: str, numbers: Mapping[str, Number]) -> list[float]:
     """Of each coefficient whose truth is known, over the largest departure of those of its unit: a tilt about one axis is no worse found
@@ -21,8 +16,9 @@ def effect_errors(effect: str, numbers: Mapping[str, Number]) -> list[float]:
     held to its own value, by the logarithm too where it is searched so.
     """
     pairs = {name: (n.value, n.true) for name, n in numbers.items() if n.true is not None}
-    if effect in SEARCHED and set(EFFECTS[effect].units()) <= set(pairs):
-        found, true = (SEARCHED[effect]({name: pair[side] for name, pair in pairs.items()}) for side in (0, 1))
+    if effect in EFFECTS and set(EFFECTS[effect].units()) <= set(pairs):
+        searched = EFFECTS[effect].searched
+        found, true = (searched({name: pair[side] for name, pair in pairs.items()}) for side in (0, 1))
         pairs = {name: (found[name], true[name]) for name in found}
     coefficients = {c.name: c for c in EFFECTS[effect].coefficients} if effect in EFFECTS else {}
     rows, largest = [], dict[str, float]()

@@ -40,6 +40,7 @@ class Oracle(Strict):
     case: str
     heldout_mm: pydantic.NonNegativeFloat | None  # None: no simulation of it found its way
     unseen_mm: pydantic.NonNegativeFloat | None = None  # on motions that no diagnosis was given; None: not known
+    lost: dict[str, str] = pydantic.Field(default_factory=dict)  # heldout or unseen -> why no simulation found its way
     seconds: pydantic.NonNegativeFloat
 
 

@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from sim1.mismatch.strict_json import Strict
-from sim1.proof.score import Outcome, is_right
-from sim1.proof.totals import Share, share_of
+from sim1.proof.score import Outcome, is_right, or_infinite
+from sim1.proof.totals import Share, median, share_of
 
 WITHOUT = {"null": "none", "outside": "unknown"}  # the right answers that are no names
 
@@ -86,13 +84,8 @@ def _named(names: tuple[str, ...], **rest: float | None) -> Said:
 
 
 def _diagnosis(one: Outcome) -> Said:
-    after = _simulated(one.found.heldout_mm[1]) if one.found else None
+    after = or_infinite(one.found.heldout_mm[1]) if one.found else None
     return Said(verdict=one.verdict, named=one.named, heldout_mm=after, seconds=one.seconds)
-
-
-def _simulated(error_mm: float | None) -> float:
-    """An error of a model that there is."""
-    return math.inf if error_mm is None else error_mm
 
 
 def _sindy(one: Outcome) -> Said | None:
@@ -101,12 +94,12 @@ def _sindy(one: Outcome) -> Said | None:
         return None
     if said.named is None:
         return Said(verdict="failed", seconds=said.seconds)
-    return _named(said.named, heldout_mm=_simulated(said.heldout_mm), seconds=said.seconds)
+    return _named(said.named, heldout_mm=or_infinite(said.heldout_mm), seconds=said.seconds)
 
 
 def _residual(one: Outcome) -> Said | None:
     said = one.baselines.residual if one.baselines else None
-    return said and Said(verdict=None, heldout_mm=_simulated(said.heldout_mm), seconds=said.seconds)
+    return said and Said(verdict=None, heldout_mm=or_infinite(said.heldout_mm), seconds=said.seconds)
 
 
 def _least_misfit(one: Outcome) -> Said:
@@ -120,7 +113,7 @@ def _parameters(one: Outcome) -> Said | None:
 def _oracle(one: Outcome) -> Said | None:
     if one.oracle_s is None:
         return None
-    return Said(verdict=None, heldout_mm=_simulated(one.oracle_mm), seconds=one.oracle_s)
+    return Said(verdict=None, heldout_mm=or_infinite(one.oracle_mm), seconds=one.oracle_s)
 
 
 def _row(label: str, outcomes: Sequence[Outcome], rule) -> Method:
@@ -141,12 +134,12 @@ def _row(label: str, outcomes: Sequence[Outcome], rule) -> Method:
         nulls=_right("null", said),
         outside=_right("outside", said),
         several=_right("several", said),
-        heldout=_median([after / one.found.heldout_mm[0] for one, after in moved]),
+        heldout=median([after / one.found.heldout_mm[0] for one, after in moved]),
         heldout_cases=len(moved),
         lost=sum(after == math.inf for _, after in moved),
-        gap_closed=_median(gaps),
+        gap_closed=median(gaps),
         gaps=len(gaps),
-        seconds=_median([answer.seconds for _, answer in said if answer.seconds is not None]),
+        seconds=median([answer.seconds for _, answer in said if answer.seconds is not None]),
     )
 
 
@@ -156,9 +149,3 @@ def _right(kind: Literal["null", "outside", "several", "single"], said: Sequence
     return share_of(
         is_right(kind, tuple(one.concealed), answer.verdict, answer.named) for one, answer in said if one.kind == kind
     )
-
-
-def _median(values: Sequence[float]) -> float | None:
-    """None: of nothing, or as many as half are infinitely far off."""
-    middle = float(np.median(values)) if values else math.inf
-    return middle if math.isfinite(middle) else None

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim1.array_file import read_arrays
 from sim1.cloth.physics import ClothPhysics
-from sim1.proof.answers import Answers, read_answers
+from sim1.proof.answers import REMEDY, Answers, read_answers, read_courses
 from sim1.proof.files import Files, Oracle, write_whole
 from sim1.proof.score import Outcome
 from sim1.proof.unseen import off_m
@@ -26,27 +25,33 @@ def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str]
     Raises:
         BadInput: a bundle or its answers are damaged.
     """
+    from sim1.cloth.precise.simulate import NotConverged
+
     asked = [one for one in outcomes if one.kind in ("single", "several") and one.found and not files.carried(one.case)]
     for number, one in enumerate(asked, start=1):
         if files.oracle(one.case).is_file():
             continue
         began = time.monotonic()
         fabric = {name: n.true for name, n in one.found.fabric.items() if n.true is not None}
-        off_m, told = heldout_m(
-            read_bundle(files.bundle(one.case)), concealed(read_answers(files.answers(one.case))), fabric
-        )
+        answers = read_answers(files.answers(one.case))
+        heldout_mm, unseen_mm, lost = None, None, {}
+        try:
+            heldout, told = heldout_m(read_bundle(files.bundle(one.case)), concealed(answers), fabric)
+            heldout_mm = 1e3 * heldout
+        except NotConverged as error:
+            lost["heldout"] = str(error)
+        else:
+            try:
+                unseen_mm = _unseen_mm(files, one.case, told)
+            except NotForetold as error:
+                lost["unseen"] = str(error)
         seconds = round(time.monotonic() - began, 3)
-        answer = Oracle(
-            case=one.case,
-            heldout_mm=None if off_m is None else 1e3 * off_m,
-            unseen_mm=None if told is None else _unseen_mm(files, one.case, told),
-            seconds=seconds,
-        )
+        answer = Oracle(case=one.case, heldout_mm=heldout_mm, unseen_mm=unseen_mm, lost=lost, seconds=seconds)
         write_whole(files.oracle(one.case), answer)
         said = (
             "no simulation of the oracle found its way"
-            if off_m is None
-            else f"the oracle is off by {1e3 * off_m:.2f} mm"
+            if heldout_mm is None
+            else f"the oracle is off by {heldout_mm:.2f} mm"
         )
         tell(f"{one.case}: {said}; {number} of {len(asked)} asked")
 
@@ -56,34 +61,42 @@ def concealed(answers: Answers) -> dict[str, dict[str, float]]:
     return {effect.name: effect.extras | effect.parameters for effect in answers.effects}
 
 
+class NotForetold(RuntimeError):
+    """No simulation of the oracle's model follows motions that no diagnosis was given; the message says why."""
+
+
 def _unseen_mm(files: Files, case: str, told: ClothPhysics) -> float | None:
-    """Error of the oracle's model on motions that no diagnosis was given [mm]; None: they are not here, or it foretells them not.
+    """Error of the oracle's model on motions that no diagnosis was given [mm]; None: they are not here.
 
     Raises:
-        BadInput: their bundle or its answers are damaged.
+        BadInput: their bundle or its answers are damaged, or do not fit each other.
+        NotForetold: as it says.
     """
     from sim1.cloth.precise.simulate import NotConverged
     from sim1.mismatch.predict import predict
 
     if not files.unseen(case).is_dir():
         return None
-    answers = read_arrays(files.answers(case).with_suffix(".npz"), (), "answer", "film the case again")
-    bundle = read_bundle(files.unseen(case))
+    path = files.answers(case).with_suffix(".npz")
+    courses, bundle = read_courses(path), read_bundle(files.unseen(case))
     try:
         table = predict(bundle, told)
-    except (NotConverged, BadInput):  # a sheet that snaps, or a grip that no recording showed
-        return None
-    return 1e3 * off_m(table, answers)
+    except (NotConverged, BadInput) as error:  # a sheet that snaps, or a grip that no recording showed
+        raise NotForetold(str(error)) from error
+    try:
+        return 1e3 * off_m(table, courses)
+    except ValueError as error:
+        raise BadInput(f"{path}: not the motions of {files.unseen(case)} ({error}); {REMEDY}") from error
 
 
 def heldout_m(
     bundle: Bundle, effects: Mapping[str, Mapping[str, float]], fabric: Mapping[str, float]
-) -> tuple[float | None, ClothPhysics | None]:
+) -> tuple[float, ClothPhysics]:
     """Error [m] on the held-out recording of the model with these effects, fitted from these values to the other recordings, and the model.
 
-    None: no simulation of it found its way.
+    Raises:
+        NotConverged: no simulation of it found its way.
     """
-    from sim1.cloth.precise.simulate import NotConverged
     from sim1.mismatch.engine import Engine
     from sim1.mismatch.heldout import held_out, rmse_of
     from sim1.mismatch.model_file import physics_of
@@ -92,11 +105,8 @@ def heldout_m(
     (model, z), held = as_told(bundle, effects, fabric), held_out(bundle)
     with Engine(bundle) as engine:
         names = tuple(name for name in engine.names if name != held)
-        try:
-            found = calibrate(engine, model, z, names, lambda share: None)
-            markers = engine.foretell(model.world(found.z), (held,))
-        except NotConverged:
-            return None, None
+        found = calibrate(engine, model, z, names, lambda share: None)
+        markers = engine.foretell(model.world(found.z), (held,))
     return rmse_of(bundle, markers, (held,)), physics_of(bundle, found)
 
 

@@ -9,11 +9,10 @@ from typing import Literal
 import numpy as np
 import pydantic
 
-from sim1.array_file import read_arrays
 from sim1.mismatch.strict_json import Strict, read_json
 from sim1.mismatch.summary import SCHEMA, read_summary
 from sim1.mismatch.verdict import Verdict, read_verdict
-from sim1.proof.answers import REMEDY, WHAT, Answers, kind_of, read_answers, read_courses
+from sim1.proof.answers import Answers, kind_of, read_answers, read_courses
 from sim1.proof.draw import Case
 from sim1.proof.files import Baselines, Files, Oracle, Record
 from sim1.proof.ranking import BASELINE, first_single, least_misfit, over_limit
@@ -86,22 +85,19 @@ class Outcome(Strict):
     oracle_mm: float | None  # held out, of a model that was told the effects; None: not asked, or it found no way
     oracle_unseen_mm: float | None = None  # the same on motions that no diagnosis was given
     oracle_s: float | None  # None: not asked
+    oracle_lost: dict[str, str] = pydantic.Field(default_factory=dict)  # as `Oracle.lost`
     baselines: Baselines | None  # None: not asked
 
     @property
     def gap_closed(self) -> float | None:
         """Share of what the oracle gains held out that the diagnosis gained; None where there was next to nothing to gain."""
-        if self.found is None:
-            return None
-        after = math.inf if self.heldout_lost else self.found.heldout_mm[1]
-        return None if after is None else self.gap_closed_by(after)
+        return self.gap_closed_by(or_infinite(self.found.heldout_mm[1])) if self.found else None
 
     @property
     def unseen_gap_closed(self) -> float | None:
         """The same on motions that no diagnosis was given."""
         before, after = self.unseen_mm or (None, None)
-        after = math.inf if self.unseen_lost else after
-        return None if after is None else _share_gained(before, after, self.oracle_unseen_mm)
+        return _share_gained(before, or_infinite(after), self.oracle_unseen_mm)
 
     @property
     def heldout_lost(self) -> bool:
@@ -116,6 +112,11 @@ class Outcome(Strict):
     def gap_closed_by(self, after_mm: float) -> float | None:
         """The same of any other method's error held out; without end where that is infinite."""
         return _share_gained(self.found.heldout_mm[0], after_mm, self.oracle_mm) if self.found else None
+
+
+def or_infinite(error_mm: float | None) -> float:
+    """An error of a model that there is: one with which no simulation finds its way is infinitely far off; left out, harm would count as nothing."""
+    return math.inf if error_mm is None else error_mm
 
 
 def _lost(errors_mm: tuple[float | None, float | None]) -> bool:
@@ -141,7 +142,7 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
         OtherCode: the diagnosis was made by code that wrote other files.
     """
     answers = read_answers(files.answers(record.case), asked)
-    verdict, found, error = None, None, record.error
+    verdict, found, error, unseen_mm = None, None, record.error, None
     if error is None:
         filmed = [path.parent.name for path in files.bundle(record.case).glob("recordings/*/markers.parquet")]
         courses = read_courses(files.answers(record.case).with_suffix(".npz"), filmed)
@@ -154,6 +155,8 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
                     f"that diagnosed it ({record.code_sha256[:12]})"
                 ) from damage
             error = str(damage)
+        else:
+            unseen_mm = _unseen_mm(files, record.case, courses)
     named = tuple(sorted(effect.name for effect in verdict.missing_physics)) if verdict else ()
     said = verdict.verdict if verdict else "failed"
     kind = kind_of(answers)
@@ -174,25 +177,25 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
         code_sha256=record.code_sha256,
         code_changed=record.code_changed,
         found=found,
-        unseen_mm=_unseen_mm(files, record.case) if found else None,
+        unseen_mm=unseen_mm,
         not_foretold=record.not_foretold,
         oracle_mm=oracle.heldout_mm if oracle else None,
         oracle_unseen_mm=oracle.unseen_mm if oracle else None,
         oracle_s=oracle.seconds if oracle else None,
+        oracle_lost=oracle.lost if oracle else {},
         baselines=_asked(files.baselines(record.case), Baselines),
     )
 
 
-def _unseen_mm(files: Files, case: str) -> tuple[float | None, ...] | None:
+def _unseen_mm(files: Files, case: str, courses: Mapping[str, np.ndarray]) -> tuple[float | None, ...] | None:
     """Errors of the diagnosis' models on motions that it was not given; None where there are none.
 
     Raises:
-        BadInput: predictions or answers are damaged.
+        BadInput: predictions are damaged.
     """
     if not files.unseen(case).is_dir():
         return None
-    answers = read_arrays(files.answers(case).with_suffix(".npz"), (), WHAT, REMEDY)
-    return tuple(off_mm(files.foretold(case, model), answers) for model in MODELS)
+    return tuple(off_mm(files.foretold(case, model), courses) for model in MODELS)
 
 
 def _schema(path: Path) -> str:
@@ -260,17 +263,19 @@ def _found(files: Files, case: str, answers: Answers, courses: Mapping[str, np.n
 
 def _place_auc(path: Path, courses: Mapping[str, np.ndarray]) -> float | None:
     """Of forces that a diagnosis wrote; raises BadInput where they are damaged, or of other recordings or markers."""
+    from sim1.mismatch.forces_file import REMEDY as AGAIN
     from sim1.mismatch.forces_file import read_forces
     from sim1.proof.place import place_auc
 
-    try:
-        return place_auc(read_forces(path), courses)
-    except (KeyError, IndexError, ValueError) as error:
-        if isinstance(error, BadInput):
-            raise
-        raise BadInput(
-            f"{path}: no forces of the recordings in the answers ({error}); diagnose the bundle again"
-        ) from error
+    forces = read_forces(path)
+    for name, (_, force_n) in forces.items():
+        known = courses.get(f"{name}/missing_n_m2")
+        if known is None or known.shape[1] != force_n.shape[1]:
+            told = "nothing" if known is None else f"{known.shape[1]} markers"
+            raise BadInput(
+                f"{path}: {name}/force_n has {force_n.shape[1]} markers, the answers have {told} of it; {AGAIN}"
+            )
+    return place_auc(forces, courses)
 
 
 def _mm(error_m: float | None) -> float | None:

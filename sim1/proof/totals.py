@@ -8,7 +8,7 @@ from scipy.stats import binomtest
 from sim1.clustered_share import clustered_interval
 from sim1.mismatch.strict_json import Strict
 from sim1.proof.errors import effect_errors, relative_error
-from sim1.proof.score import Outcome
+from sim1.proof.score import Outcome, or_infinite
 
 WORSE = 0.02  # of the baseline's error: a rise beyond it is told
 NAMELESS = ("none", "unknown", "ambiguous", "failed")  # columns of the confusion matrix that are no names
@@ -104,7 +104,7 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
     fabric = [list(one.fabric.values()) for one in finds]
     places = [o.found.place_auc for o in outcomes if o.found and o.found.place_auc is not None]
     gaps = [one.gap_closed for one in outcomes if one.gap_closed is not None]
-    unseen = [_with_lost(o.unseen_mm) for o in (*singles, *several) if _known(o.unseen_mm)]
+    unseen = [(o.unseen_mm[0], or_infinite(o.unseen_mm[1])) for o in (*singles, *several) if _known(o.unseen_mm)]
     unseen_gaps = [one.unseen_gap_closed for one in outcomes if one.unseen_gap_closed is not None]
     named_nulls = [o for o in nulls if o.named]
     false = [name for o in named_nulls for name in o.named]
@@ -122,24 +122,24 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
         named_below_limit=share_of(o.right for o in singles if _over(o, most=1.0)),
         first_ranked=share_of(o.found is not None and o.found.first in o.concealed for o in singles),
         effect_intervals=share_by_case([n.holds for n in numbers] for numbers in effects),
-        effect_error=_median(
+        effect_error=median(
             [off for one in finds for name, part in one.effects.items() for off in effect_errors(name, part)]
         ),
         fabric_intervals=share_by_case([n.holds for n in numbers] for numbers in fabric),
-        fabric_error=_median([off for numbers in fabric for n in numbers for off in relative_error(n)]),
-        place_auc=_median(places),
-        gap_closed=_median(gaps),
+        fabric_error=median([off for numbers in fabric for n in numbers for off in relative_error(n)]),
+        place_auc=median(places),
+        gap_closed=median(gaps),
         gaps=len(gaps),
         heldout_worse=tuple(o.case for o in outcomes if o.found and _worse(o.found.heldout_mm)),
         heldout_lost=tuple(o.case for o in outcomes if o.heldout_lost),
-        unseen_ratio=_median([after / before for before, after in unseen]),
+        unseen_ratio=median([after / before for before, after in unseen]),
         unseen_cases=len(unseen),
-        unseen_gap_closed=_median(unseen_gaps),
+        unseen_gap_closed=median(unseen_gaps),
         unseen_gaps=len(unseen_gaps),
         unseen_worse=tuple(o.case for o in outcomes if _worse(o.unseen_mm)),
         unseen_lost=tuple(o.case for o in outcomes if o.unseen_lost),
         worst_heldout=_worst(outcomes),
-        median_seconds=_median([o.seconds for o in outcomes]),
+        median_seconds=median([o.seconds for o in outcomes]),
         failed=sum(o.verdict == "failed" for o in outcomes),
     )
 
@@ -158,17 +158,11 @@ def _known(errors: Errors | None) -> bool:
     return errors is not None and errors[0] is not None
 
 
-def _with_lost(errors: Errors) -> tuple[float, float]:
-    """What is not simulated with what was added is infinitely far off: left out, harm would count as nothing."""
-    before, after = errors
-    return before, np.inf if after is None else after
-
-
 def _worse(errors: Errors | None) -> bool:
     if not _known(errors):
         return False
-    before, after = _with_lost(errors)
-    return after > (1.0 + WORSE) * before
+    before, after = errors
+    return or_infinite(after) > (1.0 + WORSE) * before
 
 
 def _over(outcome: Outcome, least: float = 0.0, most: float = np.inf) -> bool:
@@ -199,7 +193,7 @@ def _joined(names: Iterable[str]) -> str:
     return " + ".join(sorted(names))
 
 
-def _median(values: Sequence[float]) -> float | None:
+def median(values: Sequence[float]) -> float | None:
     """None: of nothing, or as many as half are infinitely far off."""
     middle = float(np.median(values)) if values else np.inf
     return middle if np.isfinite(middle) else None

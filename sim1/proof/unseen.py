@@ -38,10 +38,13 @@ def off_m(table: pd.DataFrame, answers: Mapping[str, np.ndarray]) -> float:
     """The same of a table with recording, time_s, marker, x_m, y_m, z_m [m].
 
     Raises:
-        KeyError: a motion that the answers do not hold.
-        ValueError: other instants or markers than theirs, or a place that is not finite.
+        KeyError: a column is missing.
+        ValueError: other motions, instants or markers than theirs, or a place that is not finite.
     """
     squares = []
+    wanted = {key.removesuffix("/truth_s") for key in answers if key.endswith("/truth_s")}
+    if set(table["recording"]) != wanted:
+        raise ValueError(f"foretold are {sorted(set(table['recording'])) or 'none'}, filmed were {sorted(wanted)}")
     for name, rows in table.groupby("recording"):
         time_s, truth_m = answers[f"{name}/truth_s"], answers[f"{name}/truth_m"]
         rows = rows.sort_values(["time_s", "marker"])

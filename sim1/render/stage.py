@@ -1,12 +1,16 @@
 """Stage `rendered_episodes`: accepted trajectories as photographs, several appearances each (paper section 3.4)."""
 
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
 from sim1.stage import Facts, Finding, Inputs, garment_of, only, stage_config
+
+if TYPE_CHECKING:
+    from sim1.render.job import Job
 
 REDRAWN_AT_MOST = (
     3  # times that an appearance is drawn anew where the garment is not seen; of 90 drawn ones one was not
@@ -48,33 +52,17 @@ def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
         BadInput: damaged inputs or looks, or an unknown camera.
         BlenderFailed: a process of Blender could not finish.
     """
-    import tempfile
-
-    from sim1.render.blender import run_blender
     from sim1.render.pictures import write_contact_sheet
-    from sim1.render.plan import drawn, plan_job
     from sim1.render.visible import hidden_clips
 
     garment = garment_of(inputs)
     again: Counter[tuple[str, int]] = Counter()
-    for left in reversed(range(1 + REDRAWN_AT_MOST)):
-        with tempfile.TemporaryDirectory() as folder:
-            job = plan_job(
-                trajectories=only(inputs, "valid_trajectories"),
-                mesh=only(inputs, "garment_mesh"),
-                scene=only(inputs, "scene"),
-                choice=drawn(only(inputs, "appearance"), garment, config, again),
-                garment=garment,
-                out=out,
-                folder=Path(folder),
-                config=config,
-            )
-            if job.frame_count:
-                run_blender(Path(folder), out)
-        hidden = hidden_clips(out)
-        if not hidden or not left:
+    job = _render(inputs, garment, out, config, again)
+    for _ in range(REDRAWN_AT_MOST):
+        if not (hidden := hidden_clips(out)):
             break
         again.update(hidden)
+        job = _render(inputs, garment, out, config, again)
     write_contact_sheet(out, title=f"{garment}: rendered episodes")
     looks = [clip.appearance for clip in job.clips]
     return {
@@ -86,6 +74,31 @@ def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
         "tables": _counted("table", [look.table.name for look in looks]),
         "rooms": _counted("room", [look.room.name for look in looks]),
     }
+
+
+def _render(
+    inputs: Inputs, garment: str, out: Path, config: RenderConfig, again: Mapping[tuple[str, int], int]
+) -> "Job":
+    """Bring `out` to what is planned with appearances drawn `again` so often; what it holds of that is not rendered."""
+    import tempfile
+
+    from sim1.render.blender import run_blender
+    from sim1.render.plan import drawn, plan_job
+
+    with tempfile.TemporaryDirectory() as folder:
+        job = plan_job(
+            trajectories=only(inputs, "valid_trajectories"),
+            mesh=only(inputs, "garment_mesh"),
+            scene=only(inputs, "scene"),
+            choice=drawn(only(inputs, "appearance"), garment, config, again),
+            garment=garment,
+            out=out,
+            folder=Path(folder),
+            config=config,
+        )
+        if job.frame_count:
+            run_blender(Path(folder), out)
+    return job
 
 
 def check_source_appearance(path: Path) -> None:

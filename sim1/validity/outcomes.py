@@ -10,6 +10,13 @@ from sim1.episode import Episode, read_episode
 from sim1.film_strip import Look, draw_strips, film_strip, first_of_each, laid_down
 from sim1.picture_file import save_figure
 
+OUTCOME = (
+    "accepted",
+    "success",
+    "failure",
+    "reasons",
+    "perturbed",
+)  # columns of the decisions that tell how an attempt ended
 ACCEPTED, BY_RULE, BY_VIDEO = "accepted", "rejected by rule", "rejected by video"
 
 

@@ -130,7 +130,7 @@ def fold_excess(figures: Mapping[str, float], limits: Limits) -> float:
     lowest = {name: getattr(limits, name) for name in ("iou", "face_down_share")}
     beyond = [(figures[name] - limit) / max(limit, _TINY) for name, limit in highest.items()]
     beyond += [(limit - figures[name]) / max(limit, _TINY) for name, limit in lowest.items()]
-    return float(np.max(beyond))  # not a number where a figure is none, which is up to nothing
+    return float(np.max(beyond))  # NaN where a figure is NaN: NaN <= 0 is false
 
 
 def _fell_early(garment_m: np.ndarray, ideal: np.ndarray, grasped: list[int], lifted_m: float) -> bool:

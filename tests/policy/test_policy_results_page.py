@@ -271,7 +271,10 @@ def test_an_artifact_whose_content_is_not_what_its_version_says_does_not_take_th
 def test_decisions_without_a_column_do_not_take_the_page_away(made, tmp_path):
     pd.DataFrame({"accepted": [True]}).to_parquet(tmp_path / "decisions.parquet")
     sections = results({**made, "valid_trajectories": {"towel": tmp_path}}, {})
-    assert "KeyError" in section(sections, "Generated episodes").paragraphs[0]
+    assert (
+        "decisions.parquet: no column success, failure, reasons, perturbed"
+        in section(sections, "Generated episodes").paragraphs[0]
+    )
 
 
 def test_the_page_says_what_is_a_stand_in_and_whose_figures_stand_there(made, tmp_path):

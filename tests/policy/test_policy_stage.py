@@ -128,7 +128,7 @@ def test_the_fact_of_standing_still_is_of_the_trajectories_that_the_error_beside
 
 def test_a_network_that_diverges_is_named_with_the_setting_before_it_drives(tmp_path, dataset, bench):
     with pytest.raises(
-        BadInput, match=r"seed 0: its weights are no numbers after 60 steps; set a smaller learning_rate than 1e\+20"
+        BadInput, match=r"seed 0: its weights are not finite after 60 steps; set a smaller learning_rate than 1e\+20"
     ):
         policy({"dataset": {"": dataset.path}}, tmp_path, replace(CONFIG, learning_rate=1e20))
 

@@ -91,22 +91,30 @@ def test_answers_that_hold_no_number_where_one_is_due_are_told(tmp_path):
 
 
 FORCES = {
-    "another recording": lambda arrays: {name.replace("a/", "b/"): array for name, array in arrays.items()},
-    "other markers": lambda arrays: arrays | {"a/force_n": np.ones((4, 3, 3))},
-    "not finite": lambda arrays: arrays | {"a/force_n": np.full((4, 4, 3), np.nan)},
-    "no instant": lambda arrays: {"a/time_s": np.zeros(0), "a/force_n": np.zeros((0, 4, 3))},
+    "another recording": (
+        lambda arrays: {name.replace("a/", "b/"): array for name, array in arrays.items()},
+        "b/force_n has 4 markers, the answers have nothing of it",
+    ),
+    "other markers": (
+        lambda arrays: arrays | {"a/force_n": np.ones((4, 3, 3))},
+        "a/force_n has 3 markers, the answers have 4 markers of it",
+    ),
+    "not finite": (lambda arrays: arrays | {"a/force_n": np.full((4, 4, 3), np.nan)}, "is nan at (0, 0, 0)"),
+    "no instant": (lambda arrays: {"a/time_s": np.zeros(0), "a/force_n": np.zeros((0, 4, 3))}, "is of no instant"),
 }
 
 
 @pytest.mark.parametrize("harm", FORCES)
 def test_forces_that_cannot_be_set_against_the_answers_are_a_failed_diagnosis(tmp_path, harm):
+    change, said = FORCES[harm]
     work, _ = made(tmp_path)
     unsealed(work.files.root)
     path = work.files.found("case_001") / "forces.npz"
-    np.savez(path, **FORCES[harm](dict(np.load(path))))
+    np.savez(path, **change(dict(np.load(path))))
     first, second = rewrite(work.files).outcomes
     assert (first.verdict, first.right, second.right) == ("failed", False, True)
-    assert "forces.npz: no forces of the recordings in the answers" in first.error
+    assert "case_001/forces.npz: " in first.error
+    assert said in first.error
 
 
 def test_a_place_that_is_not_finite_in_what_was_foretold_is_told_and_the_others_are_scored(tmp_path):

@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 from proof_stand_ins import DRAG, LAME, NULL, PAIR, SHRUNK, STRANGE, campaign, notes, unsealed
 
+from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.summary import SCHEMA
 from sim1.proof.files import Files
 from sim1.proof.oracle import ask_oracle
@@ -234,7 +235,9 @@ def test_the_oracle_is_asked_once_of_what_has_effects_of_the_table_and_was_diagn
 
     def told(bundle, effects, fabric):
         asked.append((bundle.name, sorted(effects), fabric))
-        return (0.0005, "the model") if "air_drag" in effects else (None, None)  # the pair finds no way
+        if "air_drag" not in effects:
+            raise NotConverged("the pair snaps")
+        return 0.0005, "the model"
 
     def foretold(bundle, model):
         assert (bundle, model) == (made.files.unseen("case_001"), "the model")
@@ -254,5 +257,7 @@ def test_the_oracle_is_asked_once_of_what_has_effects_of_the_table_and_was_diagn
     assert scored["case_001"].oracle_unseen_mm == pytest.approx(0.4)
     assert scored["case_001"].unseen_gap_closed == pytest.approx((4.0 - 1.0) / (4.0 - 0.4))
     assert (scored["case_005"].oracle_mm, scored["case_005"].oracle_unseen_mm) == (None, None)
+    assert scored["case_005"].oracle_lost == {"heldout": "the pair snaps"}
+    assert "no simulation of the oracle: the pair snaps" in (tmp_path / "out" / "proof.html").read_text()
     assert "oracle 0.50" in (tmp_path / "out" / "proof.html").read_text()
     assert said[-1] == "case_005: no simulation of the oracle found its way; 2 of 2 asked"

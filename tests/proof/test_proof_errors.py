@@ -1,11 +1,14 @@
 """How far off a coefficient is said to be: in units of what was concealed."""
 
+import json
 import math
 
 import pytest
 
+from sim1.proof.answers import read_answers
 from sim1.proof.errors import effect_errors, relative_error
 from sim1.proof.score import Number
+from sim1.stage import BadInput
 
 
 def number(found, true, unit="1"):
@@ -47,3 +50,22 @@ def test_without_a_truth_or_with_nothing_there_no_error_is_told():
     assert effect_errors("shrinkage", {"scale_u": number(1.1, 1.0)}) == []
     assert effect_errors("of_another_laboratory", {"c": number(1.0, 1.1)}) == pytest.approx([0.1 / 1.1])
     assert (relative_error(number(0.3, 0.4)), relative_error(number(0.3, None))) == ([pytest.approx(0.25)], [])
+
+
+@pytest.mark.parametrize(("effect", "parameter"), [("anisotropic_friction", "mu_y"), ("grip_compliance", "stiffness")])
+def test_a_truth_that_no_effect_can_have_is_refused_with_the_answers_before_anything_is_divided_by_it(
+    tmp_path, effect, parameter
+):
+    told = {"mu_x": 0.5, "mu_y": 0.4} if parameter == "mu_y" else {"stiffness": 200.0}
+    case = {"effects": [effect], "strength": "medium", "seed": 1}
+    answers = {
+        "case": case,
+        "effects": [{"name": effect, "parameters": told | {parameter: 0.0}, "named_by_format": True}],
+        "baseline": {},
+        "places_given": True,
+    }
+    (tmp_path / "case_001.json").write_text(json.dumps(answers))
+    with pytest.raises(
+        BadInput, match=rf"case_001.json: {effect}: {parameter} is 0, must be above 0; film the case again"
+    ):
+        read_answers(tmp_path / "case_001.json")

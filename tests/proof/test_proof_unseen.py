@@ -32,7 +32,7 @@ def test_the_error_is_per_coordinate_whatever_the_order_of_rows():
 
 
 def test_predictions_that_end_before_the_film_does_are_held_to_what_they_tell():
-    assert off_m(foretold(off=0.002, frames=4, names=("u",)), ANSWERS) == pytest.approx(0.002)
+    assert off_m(foretold(off=0.002, frames=4), ANSWERS) == pytest.approx(0.002)
 
 
 def test_predictions_that_leave_out_the_end_are_refused():
@@ -50,12 +50,13 @@ def test_what_was_not_foretold_is_not_known(tmp_path):
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        (foretold().assign(recording="w"), "w/truth_s"),
+        (foretold().assign(recording="w"), r"foretold are \['w'\], filmed were \['u', 'v'\]"),
+        (foretold(names=("u",)), r"foretold are \['u'\], filmed were \['u', 'v'\]"),
         (foretold().assign(time_s=lambda rows: 2 * rows["time_s"]), r"u: 15 rows, 5 instants and 3 markers"),
         (foretold().query("marker < 2"), r"u: 10 rows, 5 instants and 2 markers, the answers have \(5, 3\)"),
         (foretold().iloc[1:], r"rows, 5 instants"),
         (foretold().drop(columns="y_m"), "y_m"),
-        (foretold().iloc[:0], "at least one array"),
+        (foretold().iloc[:0], "foretold are none"),
         (foretold().assign(x_m="far"), "unsupported operand|did not contain a loop|ufunc"),
         (
             foretold()

@@ -1,18 +1,25 @@
 """An appearance in which the garment is not seen is drawn anew, the same way each time."""
 
+import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 from planned_towel import CONFIG, FRAME
-from towel_cell import write_inputs
+from towel_cell import episode, looking_at_origin, towel, write_inputs
 
 import sim1.render.blender
 import sim1.render.visible
+from sim1.episode import write_episode
+from sim1.render.appearance import SCHEMA
 from sim1.render.appearance_file import read_about
+from sim1.render.cameras import project
 from sim1.render.job import Job
 from sim1.render.stage import REDRAWN_AT_MOST, rendered_episodes
+from sim1.render.visible import hidden_clips
 
 
 @dataclass
@@ -71,9 +78,36 @@ def test_what_is_seen_stays_and_what_is_not_is_drawn_anew(eyes, tmp_path):
     assert tables(tmp_path / "before") == [kept, changed]
 
 
+def filmed(folder: Path, color: tuple[int, int, int], away_m: float = 0.0) -> Path:
+    """An artifact of one frame: grey noise, with a patch of a colour where the towel lies, or would if it were not so far away."""
+    run, camera = episode(1), looking_at_origin((-0.45, 0.0, 0.8))
+    write_episode(folder / "episodes/0000", replace(run, garment_m=run.garment_m + np.float32(away_m)))
+    clip = folder / "episodes/0000/v0"
+    (clip / "head").mkdir(parents=True)
+    head = {"width": 64, "height": 48, "fy_px": 42.0, "camera_to_world": camera.tolist(), "moves": False}
+    (clip / "appearance.json").write_text(json.dumps({"schema": SCHEMA, "variant": 0, "cameras": {"head": head}}))
+    np.savez(folder / "garment.npz", rest_m=towel()[0], faces=towel()[1])
+    image = np.random.default_rng(0).integers(90, 130, (48, 64, 3)).astype(np.uint8)
+    pixels, _ = project(towel()[0], camera_to_world=camera, fy_over_height=42 / 48, width=64, height=48)
+    left, top = pixels.min(axis=0).astype(int)
+    right, bottom = pixels.max(axis=0).astype(int) + 1
+    image[top:bottom, left:right] = color
+    Image.fromarray(image).save(clip / "head" / "000000.png")
+    return folder
+
+
+def test_a_towel_of_the_tables_colour_is_hidden_and_no_other_look_helps_one_out_of_the_picture(tmp_path):
+    assert hidden_clips(filmed(tmp_path / "red", (200, 40, 30))) == []
+    grey = filmed(tmp_path / "grey", (110, 110, 110))
+    assert hidden_clips(grey) == [("0000", 0)]
+    assert hidden_clips(filmed(tmp_path / "away", (110, 110, 110), away_m=5.0)) == []
+    (grey / "episodes/0000/v0/head/000000.png").write_bytes(b"no picture")
+    assert hidden_clips(grey) == []  # left to the check
+
+
 def test_one_that_stays_unseen_is_left_to_the_check_after_some_draws(eyes, tmp_path):
-    seen = []
-    eyes.dull = lambda table: seen.append(table) or True
+    unseen = []
+    eyes.dull = lambda table: unseen.append(table) or True
     facts = render(write_inputs(tmp_path), tmp_path / "out")
     assert facts["drawn_again"] == 2 * REDRAWN_AT_MOST
-    assert len(set(seen)) == 2 * (1 + REDRAWN_AT_MOST)
+    assert len({*unseen, *tables(tmp_path / "out")}) == 2 * (1 + REDRAWN_AT_MOST)

@@ -24,7 +24,7 @@ class AnisotropicFriction(Effect):
         Coefficient(name="ratio", unit="1", scale=0.5, kind="log", centre=1.0, low=0.02, high=50.0),
     )
 
-    limits: ClassVar[dict[str, tuple[float, float]]] = {"mu_x": (0.0, math.inf), "mu_y": (0.0, math.inf)}
+    limits: ClassVar[dict[str, tuple[float, float]]] = {"mu_x": (1e-9, math.inf), "mu_y": (1e-9, math.inf)}
 
     mu_x: float  # 1
     mu_y: float  # 1
@@ -57,7 +57,7 @@ class AnisotropicFriction(Effect):
     @classmethod
     def searched(cls, parameters: dict[str, float]) -> dict[str, float]:
         """Their ratio; the mean is the world's."""
-        return {"ratio": parameters["mu_x"] / max(parameters["mu_y"], 1e-9)}
+        return {"ratio": parameters["mu_x"] / parameters["mu_y"]}
 
     @classmethod
     def units(cls) -> dict[str, str]:

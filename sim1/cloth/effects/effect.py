@@ -60,7 +60,7 @@ class Effect:
         Raises:
             ValueError: a parameter that is not finite, or outside of the limits of its coefficient.
         """
-        limits = {c.name: (c.low, c.high) for c in self.coefficients} | self.limits
+        limits = self.allowed()
         for field in fields(self):
             value = getattr(self, field.name)
             low, high = limits.get(field.name, (-math.inf, math.inf))
@@ -69,6 +69,11 @@ class Effect:
                 raise ValueError(
                     f"{self.name}: {field.name} is {value!r}, must be finite and between {low:g} and {high:g}"
                 )
+
+    @classmethod
+    def allowed(cls) -> dict[str, tuple[float, float]]:
+        """Least and largest value of coefficients and parameters."""
+        return {c.name: (c.low, c.high) for c in cls.coefficients} | cls.limits
 
     @classmethod
     def kind(cls) -> str:

@@ -32,7 +32,7 @@ from sim1.progress import report, within
 from sim1.stage import BadInput, Facts, Inputs, only
 
 POLICY, VIEWS, FRAMES, TRAINING = "policy", "views", "frames", "training"  # folders; the last two while at work
-BEGUN_FROM = "weights.sha256"  # file in TRAINING
+BEGUN_FROM = "weights.sha256"  # file in TRAINING, and beside it once the policy is there
 RENDERED, TRAINED = 0.3, 0.9  # shares of the progress that are reached
 
 
@@ -62,10 +62,12 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
         workers=config.workers,
         checkpoint_s=config.checkpoint_s,
     )
-    weights_sha256 = _begun_from(out / TRAINING, weights) if weights else None
     with within(RENDERED if shown else 0.0, TRAINED):
         if not (out / POLICY).exists():
-            _keep(out, *train(dataset, episodes, settings, weights, fresh, statistics, plan, out / TRAINING))
+            begun_from = _begun_from(out / TRAINING, weights) if weights else None
+            _keep(
+                out, *train(dataset, episodes, settings, weights, fresh, statistics, plan, out / TRAINING), begun_from
+            )
         trained = load(out / POLICY, device)
     losses = read_table(out / "training.parquet")["loss"].tolist()
 
@@ -82,7 +84,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
         "device": device,
         "parameter_count": sum(item.numel() for item in trained.policy.parameters()),
         "inputs": sorted(settings.input_features),
-        "weights_sha256": weights_sha256,
+        "weights_sha256": (out / BEGUN_FROM).read_text() if weights else None,
         "rate_hz": rate_hz,
         "chunk_frames": chunk_frames,
         "training": {"steps": plan.steps, "batch": plan.batch, "seed": plan.seed},
@@ -103,6 +105,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
     _draw(out, points, losses, shown, trained)
     write_page(out, points, about)
     shutil.rmtree(out / TRAINING, ignore_errors=True)
+    (out / BEGUN_FROM).unlink(missing_ok=True)
     return _facts(about, points)
 
 
@@ -152,8 +155,10 @@ def _begun_from(training: Path, weights: Path) -> str:
     return now
 
 
-def _keep(out: Path, trained: Trained, losses: Sequence[float]) -> None:
-    """Write the policy whole or not at all."""
+def _keep(out: Path, trained: Trained, losses: Sequence[float], begun_from: str | None) -> None:
+    """Write the policy whole or not at all; before it, from what weights it began."""
+    if begun_from:
+        (out / BEGUN_FROM).write_text(begun_from)
     pd.DataFrame({"step": np.arange(1, len(losses) + 1), "loss": losses}).to_parquet(
         out / "training.parquet", index=False
     )

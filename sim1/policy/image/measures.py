@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pydantic
 
+from sim1.data_file import explained
 from sim1.policy.counting import read_figures
 from sim1.policy.image.shifts import IN_DOMAIN, TITLES
 from sim1.stage import BadInput, random_stream
@@ -58,7 +59,7 @@ def read_points(artifact: Path) -> list[Point]:
     try:
         return pydantic.TypeAdapter(list[Point]).validate_python(found.get("points"))
     except pydantic.ValidationError as error:
-        raise BadInput(f"{artifact}/image_policy.json: points: {error}; make image_policy again") from error
+        raise BadInput(f"{artifact}/image_policy.json: points: {explained(error)}; make image_policy again") from error
 
 
 def _point(name: str, errors: pd.DataFrame, per_trajectory: pd.DataFrame, seed: int) -> Point:
