@@ -27,7 +27,7 @@ rendered."""
 
 
 def drawn(looks: Path, garment: str, config: RenderConfig, again: Mapping[tuple[str, int], int]) -> Choice:
-    """`config.variants` appearances drawn from the files in a folder.
+    """`config.variants` appearances drawn from the files in a folder; of `config.shared_looks`, where that is not 0.
 
     Args:
         looks: the folder.
@@ -44,7 +44,12 @@ def drawn(looks: Path, garment: str, config: RenderConfig, again: Mapping[tuple[
         return [
             draw_appearance(
                 partial(
-                    random_stream, config.seed, "appearance", garment, name, variant, *_again(again, name, variant)
+                    random_stream,
+                    config.seed,
+                    "appearance",
+                    garment,
+                    *_whose(config, garment, name, variant),
+                    *_again(again, name, variant),
                 ),
                 known,
                 scanned=texture,
@@ -55,6 +60,14 @@ def drawn(looks: Path, garment: str, config: RenderConfig, again: Mapping[tuple[
         ]
 
     return choose
+
+
+def _whose(config: RenderConfig, garment: str, name: str, variant: int) -> tuple[str | int, ...]:
+    """What a draw is named by: the trajectory and the number of its appearance, or the shared look that falls to it."""
+    if not config.shared_looks:
+        return (name, variant)
+    dealt = random_stream(config.seed, "shared look", garment, name, variant)
+    return ("shared look", int(dealt.integers(config.shared_looks)))
 
 
 def _again(again: Mapping[tuple[str, int], int], name: str, variant: int) -> tuple[str | int, ...]:

@@ -23,6 +23,9 @@ class RenderConfig:
 
     seed: int = Field(default=0, ge=0, lt=2**31)  # of appearances and of Cycles' sampling
     variants: int = Field(default=2, ge=1)  # appearances per trajectory, K of the paper's algorithm 1
+    shared_looks: int = Field(
+        default=0, ge=0
+    )  # appearances that all trajectories are dealt out to; 0: each draws its own
     rate_hz: Literal[1, 2, 3, 5, 6, 10, 15, 30] = 10  # pictures per second: what divides the 30 Hz of the states
     max_episodes: int = Field(default=0, ge=0)  # render only that many trajectories; 0 is all
     cameras: Annotated[tuple[str, ...], Field(min_length=1)] = ("head",)  # of the scene: head, left_wrist, right_wrist

@@ -6,12 +6,14 @@ import shutil
 from dataclasses import replace
 from importlib.metadata import version
 
+import numpy as np
 import pytest
 from planned_towel import CONFIG, FRAME, plan, png, with_frames
 from towel_cell import write_inputs
 
 from sim1.episode import read_episode, write_episode
 from sim1.render.appearance_file import note_device, read_about
+from sim1.render.plan import drawn
 from sim1.render.stage import RenderConfig
 
 
@@ -47,6 +49,20 @@ def test_a_changed_fabric_costs_the_frames_that_show_it_and_no_others(inputs, tm
     assert {key for key, path in frames.items() if not path.exists()} == {
         key for key, name in shown.items() if name == changed
     }
+
+
+@pytest.mark.parametrize("shared", [1, 3])
+def test_shared_looks_are_all_that_is_seen_and_are_the_same_for_other_trajectories(inputs, tmp_path, shared):
+    many = RenderConfig(**{**CONFIG.__dict__, "variants": 24, "shared_looks": shared})
+    choose = drawn(inputs["appearance"]["towel"], "towel", many, {})
+    texture = np.full((1, 3), 0.5)
+    first, second = choose("0000", texture), choose("0001", texture)
+    seen = [look for number, look in enumerate(first) if look not in first[:number]]
+    assert len(seen) == shared
+    assert all(look in seen for look in second)
+    assert shared == 1 or second != first
+    own = drawn(inputs["appearance"]["towel"], "towel", CONFIG, {})
+    assert not any(look in own("0000", texture) for look in own("0001", texture))
 
 
 @pytest.mark.parametrize(
