@@ -115,7 +115,7 @@ def load_graph(home: Home, profile: str | None = None) -> Graph:
     compared = {name for stage in stages.values() for name in stage.compares}
     needed = Graph(base, profile, ()).ancestors(compared)
     for variant, change in variants.items():
-        wanted = needed & Graph(base, profile, ()).ancestors({change.until}) if change.until else needed
+        wanted = Graph(base, profile, ()).ancestors({change.until}) if change.until else needed
         changed = Graph(base, profile, ()).descendants(set(change.settings)) & wanted
         for name in (name for name in base if name in changed):
             own = base[name]

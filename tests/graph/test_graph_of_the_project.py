@@ -9,7 +9,8 @@ from test_graph_regeneration import changed_since
 from toy_home import Project, enter, furnish
 
 from assets_defs._recipe import Snapshot, label
-from pipeline.home import REPOSITORY
+from pipeline.graph import load_graph
+from pipeline.home import REPOSITORY, Home
 
 pytestmark = pytest.mark.timeout(
     900
@@ -116,3 +117,12 @@ def test_a_changed_fabric_makes_the_frames_stale_and_what_is_made_from_them_and_
         "ablation_report",
         "cost_report",
     }
+
+
+def test_an_ablation_of_the_pictures_ends_in_trials_of_its_own_and_makes_nothing_beside_them():
+    graph = load_graph(Home(REPOSITORY), "study")
+    own = {node.stage.name for node in graph.nodes.values() if node.variant == "one_look"}
+    assert own == {"rendered_episodes", "dataset", "image_policy", "image_trials"}
+    assert not any(graph.nodes[need].variant for need in graph.nodes["policy"].needs.values())
+    assert not any("one_look" in need for need in graph.nodes["ablation_report"].needs)
+    assert not any(node.variant == "one_look" for node in load_graph(Home(REPOSITORY), "quick").nodes.values())
