@@ -88,3 +88,8 @@ def test_the_row_says_what_was_seen(dressed):
     assert columns["light"] == columns["room"].split("-")[1]
     assert (columns["fabric"], columns["table"]) == (look.clip.appearance.fabric.name, look.clip.appearance.table.name)
     assert columns == replace(look).columns
+
+
+def test_a_look_that_trajectories_share_is_counted_once(wardrobe):
+    shared = {f"{name}_again": record for name, record in wardrobe.clips.items()}
+    assert replace(wardrobe, clips={**wardrobe.clips, **shared}).look_count == wardrobe.look_count == 3

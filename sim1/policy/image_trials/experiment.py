@@ -138,7 +138,7 @@ def _pictures(wardrobe: Wardrobe) -> dict[str, Any]:
     """How they are rendered."""
     config = wardrobe.config
     shown = {key: getattr(config, key) for key in ("engine", "width", "height", "samples", "denoise")}
-    return {**shown, "cameras": list(config.cameras), "trained_looks": len(wardrobe.clips)}
+    return {**shown, "cameras": list(config.cameras), "trained_looks": wardrobe.look_count}
 
 
 def _facts(about: Mapping[str, Any], tried: list[ShiftTried]) -> Facts:

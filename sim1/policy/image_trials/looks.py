@@ -1,5 +1,6 @@
 """In what a trial is seen: one of training's looks, the same in every shift, with one thing changed where that is the shift."""
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -34,6 +35,11 @@ class Wardrobe:
     clips: Mapping[str, dict[str, Any]]  # key of a training clip -> its record, see `appearance_file`
     task: str  # in words
     config: RenderConfig  # of all of them
+
+    @property
+    def look_count(self) -> int:
+        """How many different ones: trajectories may share them."""
+        return len({json.dumps(record["appearance"], sort_keys=True) for record in self.clips.values()})
 
     @classmethod
     def of(cls, rendered: Path, train: Sequence[TrainingClip]) -> "Wardrobe":
