@@ -48,8 +48,7 @@ def drawn(looks: Path, garment: str, config: RenderConfig, again: Mapping[tuple[
                     config.seed,
                     "appearance",
                     garment,
-                    *_whose(config, garment, name, variant),
-                    *_again(again, name, variant),
+                    *_named(config, garment, name, variant, again),
                 ),
                 known,
                 scanned=texture,
@@ -70,9 +69,13 @@ def _whose(config: RenderConfig, garment: str, name: str, variant: int) -> tuple
     return ("shared look", int(dealt.integers(config.shared_looks)))
 
 
-def _again(again: Mapping[tuple[str, int], int], name: str, variant: int) -> tuple[str | int, ...]:
-    times = again.get((name, variant), 0)
-    return ("again", times) if times else ()
+def _named(
+    config: RenderConfig, garment: str, name: str, variant: int, again: Mapping[tuple[str, int], int]
+) -> tuple[str | int, ...]:
+    """The same, and how often it is drawn anew: a look in which one trajectory's garment is not seen changes for all that share it."""
+    whose = _whose(config, garment, name, variant)
+    times = sum(count for clip, count in again.items() if _whose(config, garment, *clip) == whose)
+    return (*whose, "again", times) if times else whose
 
 
 def plan_job(

@@ -175,6 +175,9 @@ def test_a_training_that_began_from_published_weights_does_not_go_on_from_others
     make()
     digest = json.loads((tmp_path / "out" / "image_policy.json").read_text())["weights_sha256"]
     assert digest == hashlib.sha256(kept).hexdigest()
+    before = contents(tmp_path / "out")
+    make()  # killed when all was done but its place in the store
+    assert contents(tmp_path / "out") == before
 
 
 def test_where_nothing_is_held_out_a_policy_is_trained_and_the_page_says_so(world, tmp_path_factory, tmp_path):

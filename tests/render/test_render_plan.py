@@ -61,6 +61,12 @@ def test_shared_looks_are_all_that_is_seen_and_are_the_same_for_other_trajectori
     assert len(seen) == shared
     assert all(look in seen for look in second)
     assert shared == 1 or second != first
+    hidden = drawn(inputs["appearance"]["towel"], "towel", many, {("0001", 5): 1})
+    unlike = [old != new for old, new in zip(second, hidden("0001", texture), strict=True)]
+    assert unlike == [look == second[5] for look in second]  # drawn anew for all that share it, and for no other
+    assert [old != new for old, new in zip(first, hidden("0000", texture), strict=True)] == [
+        look == second[5] for look in first
+    ]
     own = drawn(inputs["appearance"]["towel"], "towel", CONFIG, {})
     assert not any(look in own("0000", texture) for look in own("0001", texture))
 

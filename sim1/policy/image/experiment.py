@@ -32,7 +32,7 @@ from sim1.progress import report, within
 from sim1.stage import BadInput, Facts, Inputs, only
 
 POLICY, VIEWS, FRAMES, TRAINING = "policy", "views", "frames", "training"  # folders; the last two while at work
-BEGUN_FROM = "weights.sha256"  # file in TRAINING, and beside it once the policy is there
+BEGUN_FROM = "weights.sha256"  # file in TRAINING, and beside the policy once there is one
 RENDERED, TRAINED = 0.3, 0.9  # shares of the progress that are reached
 
 
@@ -105,7 +105,6 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
     _draw(out, points, losses, shown, trained)
     write_page(out, points, about)
     shutil.rmtree(out / TRAINING, ignore_errors=True)
-    (out / BEGUN_FROM).unlink(missing_ok=True)
     return _facts(about, points)
 
 
