@@ -11,7 +11,7 @@ from sim1.cloth.physics import ClothPhysics
 from sim1.proof.answers import REMEDY, Answers, read_answers, read_courses
 from sim1.proof.files import Files, Oracle, write_whole
 from sim1.proof.score import Outcome
-from sim1.proof.unseen import off_m
+from sim1.proof.unseen import motions_of, off_m
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.stage import BadInput
 
@@ -84,8 +84,8 @@ def _unseen_mm(files: Files, case: str, told: ClothPhysics) -> float | None:
     except (NotConverged, BadInput) as error:  # a sheet that snaps, or a grip that no recording showed
         raise NotForetold(str(error)) from error
     try:
-        return 1e3 * off_m(table, courses)
-    except ValueError as error:
+        return 1e3 * off_m(table, courses, motions_of(files.unseen(case)))
+    except (KeyError, ValueError) as error:
         raise BadInput(f"{path}: not the motions of {files.unseen(case)} ({error}); {REMEDY}") from error
 
 

@@ -16,7 +16,7 @@ from sim1.proof.answers import Answers, kind_of, read_answers, read_courses
 from sim1.proof.draw import Case
 from sim1.proof.files import Baselines, Files, Oracle, Record
 from sim1.proof.ranking import BASELINE, first_single, least_misfit, over_limit
-from sim1.proof.unseen import MODELS, off_mm
+from sim1.proof.unseen import MODELS, motions_of, off_mm
 from sim1.stage import BadInput
 
 FABRIC = ("area_density_kg_m2", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
@@ -144,8 +144,7 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
     answers = read_answers(files.answers(record.case), asked)
     verdict, found, error, unseen_mm = None, None, record.error, None
     if error is None:
-        filmed = [path.parent.name for path in files.bundle(record.case).glob("recordings/*/markers.parquet")]
-        courses = read_courses(files.answers(record.case).with_suffix(".npz"), filmed)
+        courses = read_courses(files.answers(record.case).with_suffix(".npz"), motions_of(files.bundle(record.case)))
         try:
             verdict, found = _found(files, record.case, answers, courses)
         except BadInput as damage:
@@ -195,7 +194,8 @@ def _unseen_mm(files: Files, case: str, courses: Mapping[str, np.ndarray]) -> tu
     """
     if not files.unseen(case).is_dir():
         return None
-    return tuple(off_mm(files.foretold(case, model), courses) for model in MODELS)
+    motions = motions_of(files.unseen(case))
+    return tuple(off_mm(files.foretold(case, model), courses, motions) for model in MODELS)
 
 
 def _schema(path: Path) -> str:

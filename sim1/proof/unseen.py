@@ -3,7 +3,7 @@
 The recording that a diagnosis holds out may decide between its models, so that the error there is no test of that choice. These are.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +15,16 @@ SHORT_S = 0.1  # drives may end by so much before the film
 MODELS = ("baseline", "model")  # files of a diagnosis, before and after what was added
 
 
-def off_mm(foretold: Path, answers: Mapping[str, np.ndarray]) -> float | None:
+def motions_of(bundle: Path) -> list[str]:
+    """Names of the recordings in a bundle, those that have markers."""
+    return [path.parent.name for path in bundle.glob("recordings/*/markers.parquet")]
+
+
+def off_mm(foretold: Path, answers: Mapping[str, np.ndarray], motions: Collection[str]) -> float | None:
     """Error of predictions as `sim1 predict` writes them, root mean square per coordinate [mm], from 0 s to the end; None: there are none.
 
-    `answers` holds `NAME/truth_s` (T,) and `NAME/truth_m` (T, M, 3), without noise, markers in the order of their numbers.
+    `answers` holds `NAME/truth_s` (T,) and `NAME/truth_m` (T, M, 3) of each of `motions`, and may of others, without noise, markers in the order
+    of their numbers.
 
     Raises:
         BadInput: the predictions are damaged, or of other motions, instants or markers.
@@ -27,24 +33,23 @@ def off_mm(foretold: Path, answers: Mapping[str, np.ndarray]) -> float | None:
         return None
     try:
         table = pd.read_parquet(foretold)
-        return 1e3 * off_m(table, answers)
+        return 1e3 * off_m(table, answers, motions)
     except (OSError, ValueError, KeyError, TypeError) as error:  # pyarrow's errors are ValueErrors
         raise BadInput(
             f"{foretold}: no predictions of the motions in the answers ({error}); bring the file that `sim1 predict` wrote"
         ) from error
 
 
-def off_m(table: pd.DataFrame, answers: Mapping[str, np.ndarray]) -> float:
+def off_m(table: pd.DataFrame, answers: Mapping[str, np.ndarray], motions: Collection[str]) -> float:
     """The same of a table with recording, time_s, marker, x_m, y_m, z_m [m].
 
     Raises:
-        KeyError: a column is missing.
+        KeyError: a column is missing, or the answers tell nothing of a motion.
         ValueError: other motions, instants or markers than theirs, or a place that is not finite.
     """
     squares = []
-    wanted = {key.removesuffix("/truth_s") for key in answers if key.endswith("/truth_s")}
-    if set(table["recording"]) != wanted:
-        raise ValueError(f"foretold are {sorted(set(table['recording'])) or 'none'}, filmed were {sorted(wanted)}")
+    if set(table["recording"]) != set(motions):
+        raise ValueError(f"foretold are {sorted(set(table['recording'])) or 'none'}, filmed were {sorted(motions)}")
     for name, rows in table.groupby("recording"):
         time_s, truth_m = answers[f"{name}/truth_s"], answers[f"{name}/truth_m"]
         rows = rows.sort_values(["time_s", "marker"])

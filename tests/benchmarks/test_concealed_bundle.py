@@ -16,6 +16,8 @@ from benchmarks.concealed.__main__ import app
 from benchmarks.concealed.case import Case, Plan
 from benchmarks.concealed.markers import camera_noise, cubic_weights, drop_outs
 from benchmarks.concealed.motions import MOTIONS
+from sim1.proof.answers import read_courses
+from sim1.proof.unseen import motions_of, off_m
 
 
 def two_plans(case: Case, setting) -> list[Plan]:
@@ -160,6 +162,22 @@ def test_held_out_bundle_keeps_half_a_second_of_markers_and_all_of_the_drives(ma
     assert pd.read_parquet(folder / "markers.parquet").time_s.max() <= 0.5
     assert pd.read_parquet(folder / "drives.parquet").time_s.max() == 4
     assert made.arrays["trail_a/truth_m"].shape[0] == 241
+
+
+def test_the_proof_sets_predictions_against_the_held_out_motions_alone(made):
+    """Its reader, on this laboratory's own files: answers tell how every motion went, those that were given too."""
+    motions = motions_of(made.folder / "heldout")
+    assert motions == ["trail_a"]
+    assert "shuttle_a/truth_s" in made.arrays
+    courses = read_courses(made.folder / "answers.npz", motions_of(made.folder / "bundle"))
+    time_s, truth_m = courses["trail_a/truth_s"], courses["trail_a/truth_m"]
+    places_m = (truth_m + 0.001).reshape(-1, 3)
+    table = pd.DataFrame(places_m, columns=["x_m", "y_m", "z_m"]).assign(
+        recording="trail_a",
+        time_s=np.repeat(time_s, truth_m.shape[1]),
+        marker=np.tile(np.arange(truth_m.shape[1]), len(time_s)),
+    )
+    assert off_m(table, courses, motions) == pytest.approx(0.001, rel=1e-4)  # truths are 32-bit
 
 
 def test_the_camera_errs_as_asked_and_loses_markers_for_a_while():

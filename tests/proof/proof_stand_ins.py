@@ -40,8 +40,11 @@ print("made in", time.perf_counter(), "s")  # of the clock nothing gets into wha
 unseen = pathlib.Path(asked.held_out)
 unseen.mkdir(parents=True, exist_ok=True)
 (unseen / "bundle.yaml").write_text("looks: " + "+".join(effects))
+(unseen / "recordings" / "u").mkdir(parents=True, exist_ok=True)
+(unseen / "recordings" / "u" / "markers.parquet").write_bytes(b"of the first half second")
 arrays = {"a/stamps_s": np.arange(4.0), "a/missing_n_m2": np.eye(4) * len(effects)}
-arrays |= {"u/truth_s": np.arange(4) / 60, "u/truth_m": np.zeros((4, 2, 3))}
+for name in "au":  # of what the diagnosis is given, too
+    arrays |= {name + "/truth_s": np.arange(4) / 60, name + "/truth_m": np.zeros((4, 2, 3))}
 np.savez(answers.with_suffix(".npz"), **arrays)
 answers.write_text(json.dumps({
     "case": {"effects": effects, "strength": asked.strength, "seed": int(asked.seed)},

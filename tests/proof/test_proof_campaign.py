@@ -63,6 +63,7 @@ def test_answers_are_committed_to_before_the_diagnosis_begins_and_the_list_befor
     for line, call in zip(committed[1:], notes(tmp_path, "diagnosis"), strict=True):
         assert datetime.fromisoformat(line["at"]).timestamp() <= call["at"]
         films = {f"{folder}/{line['of']}/bundle.yaml" for folder in ("bundles", "unseen")}
+        films.add(f"unseen/{line['of']}/recordings/u/markers.parquet")
         assert set(line["sha256"]) == {f"answers/{line['of']}.json", f"answers/{line['of']}.npz"} | films
 
 

@@ -13,6 +13,8 @@ TIME_S = np.arange(5) / 60
 TRUTH_M = np.random.default_rng(0).normal(size=(5, 3, 3))
 ANSWERS = {"u/truth_s": TIME_S, "u/truth_m": TRUTH_M, "v/truth_s": TIME_S, "v/truth_m": -TRUTH_M}
 
+MOTIONS = ("u", "v")
+
 
 def foretold(off=0.0, frames=5, names=("u", "v")):
     """A table that is off by so much in every coordinate, its rows in no order."""
@@ -27,12 +29,22 @@ def foretold(off=0.0, frames=5, names=("u", "v")):
 
 
 def test_the_error_is_per_coordinate_whatever_the_order_of_rows():
-    assert off_m(foretold(), ANSWERS) == 0.0
-    assert off_m(foretold(off=0.002), ANSWERS) == pytest.approx(0.002)
+    assert off_m(foretold(), ANSWERS, MOTIONS) == 0.0
+    assert off_m(foretold(off=0.002), ANSWERS, MOTIONS) == pytest.approx(0.002)
+
+
+def test_what_the_answers_tell_of_motions_that_the_diagnosis_was_given_is_left_out():
+    others = {"given/truth_s": TIME_S, "given/truth_m": TRUTH_M + 1.0}
+    assert off_m(foretold(), ANSWERS | others, MOTIONS) == 0.0
+
+
+def test_a_motion_of_which_the_answers_tell_nothing_is_named():
+    with pytest.raises(KeyError, match="v/truth_s"):
+        off_m(foretold(), {key: course for key, course in ANSWERS.items() if key[0] == "u"}, MOTIONS)
 
 
 def test_predictions_that_end_before_the_film_does_are_held_to_what_they_tell():
-    assert off_m(foretold(off=0.002, frames=4), ANSWERS) == pytest.approx(0.002)
+    assert off_m(foretold(off=0.002, frames=4), ANSWERS, MOTIONS) == pytest.approx(0.002)
 
 
 def test_predictions_that_leave_out_the_end_are_refused():
@@ -40,11 +52,11 @@ def test_predictions_that_leave_out_the_end_are_refused():
     answers = {"u/truth_s": time_s, "u/truth_m": np.zeros((61, 1, 3))}
     rows = [("u", time, 0, 0.0, 0.0, 0.0) for time in time_s[:31]]
     with pytest.raises(ValueError, match=r"u: foretold until 0.50 s, filmed until 1.00 s"):
-        off_m(pd.DataFrame(rows, columns=foretold().columns), answers)
+        off_m(pd.DataFrame(rows, columns=foretold().columns), answers, ["u"])
 
 
 def test_what_was_not_foretold_is_not_known(tmp_path):
-    assert off_mm(tmp_path / "model.parquet", ANSWERS) is None
+    assert off_mm(tmp_path / "model.parquet", ANSWERS, MOTIONS) is None
 
 
 @pytest.mark.parametrize(
@@ -70,14 +82,14 @@ def test_predictions_of_something_else_are_refused_with_their_file(tmp_path, tab
     path = tmp_path / "model.parquet"
     table.to_parquet(path)
     with pytest.raises(BadInput, match=rf"model.parquet: no predictions .*{said}"):
-        off_mm(path, ANSWERS)
+        off_mm(path, ANSWERS, MOTIONS)
 
 
 def test_a_damaged_file_is_named(tmp_path):
     path = tmp_path / "model.parquet"
     path.write_bytes(b"PAR1 and no more")
     with pytest.raises(BadInput, match=r"model.parquet: no predictions"):
-        off_mm(path, ANSWERS)
+        off_mm(path, ANSWERS, MOTIONS)
 
 
 def test_what_cases_come_to_counts_those_with_names_in_the_table_and_tells_every_rise_beyond_two_per_cent():
