@@ -68,7 +68,8 @@ def main(home: Path) -> None:
         camera = LiveCamera(film_set, replace(wardrobe.config, threads=1), Path(folder))
         blender = Path(f"/proc/{camera._process._process.pid}/stat")
         bench.cell.step = clock.of("simulation", bench.cell.step)
-        driver._trained.policy.predict_action_chunk = clock.of("policy", driver._trained.policy.predict_action_chunk)
+        policy = driver.network(trial.model).policy
+        policy.predict_action_chunk = clock.of("policy", policy.predict_action_chunk)
         camera.pictures = clock.of("rendering, outside Blender", camera.pictures)
         row, film = driver.run(trial, bench, camera)
         user, system = blender.read_text().rpartition(")")[2].split()[11:13]

@@ -36,6 +36,20 @@ def within(begin: float, end: float) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def overheard(also: Sink) -> Iterator[None]:
+    """What is reported inside the block is told to `also` besides whoever listens."""
+    whole = _sink.get()
+
+    def both(done: float, total: float, what: str) -> None:
+        also(done, total, what)
+        if whole is not None:
+            whole(done, total, what)
+
+    with listening(both):
+        yield
+
+
 def report(done: float, total: float, what: str = "") -> None:
     """Say that `done` of `total` units of the stage's work are finished."""
     if (sink := _sink.get()) is not None:

@@ -1,10 +1,7 @@
-"""Intervals that stand beside every share and every mean that the project reports."""
+"""Intervals that stand beside every share that the project reports."""
 
-from collections.abc import Sequence
 from statistics import NormalDist
 from typing import NamedTuple
-
-import numpy as np
 
 
 class Interval(NamedTuple):
@@ -57,26 +54,6 @@ def difference_interval(
 
 def _across(one: float, other: float, correlation: float) -> float:
     return max(0.0, one**2 - 2 * correlation * one * other + other**2) ** 0.5
-
-
-def bootstrap_mean_interval(
-    values: Sequence[float] | np.ndarray,
-    rng: np.random.Generator,
-    confidence: float = 0.95,
-    resample_count: int = 2000,
-) -> Interval:
-    """Percentile bootstrap interval of the mean of `values`, shape (n,); degenerate when n is 1.
-
-    Raises:
-        ValueError: no values, or values that are not finite.
-    """
-    sample = np.asarray(values, dtype=float)
-    if sample.ndim != 1 or not len(sample) or not np.isfinite(sample).all():
-        raise ValueError(f"values must be a non-empty list of finite numbers (got shape {sample.shape})")
-    means = rng.choice(sample, size=(resample_count, len(sample))).mean(axis=1)
-    tail = (1 - confidence) / 2
-    low, high = np.quantile(means, [tail, 1 - tail])
-    return Interval(float(low), float(high))
 
 
 def describe_share(success_count: int, trial_count: int, interval: Interval | None = None) -> str:

@@ -4,13 +4,13 @@ import numpy as np
 import pandas as pd
 
 
-def error_table(errors: pd.DataFrame) -> np.ndarray:
-    """Action errors [rad] by trajectory and network (t, s), of one kind of training, size and kind of test.
+def error_table(errors: pd.DataFrame, column: str = "joint_error_rad") -> np.ndarray:
+    """Errors in a column by trajectory and network (t, s), of one kind of training, size and kind of test.
 
     Raises:
         ValueError: a network was not tested on each trajectory, or on one twice.
     """
-    table = errors.pivot(index=["garment", "trajectory"], columns="seed", values="joint_error_rad")
+    table = errors.pivot(index=["garment", "trajectory"], columns="seed", values=column)
     if table.isna().any(axis=None):
         place, seed = table.isna().stack().idxmax()[:2], table.columns[table.isna().any()][0]
         raise ValueError(f"no error of the network of seed {seed} on {place}")

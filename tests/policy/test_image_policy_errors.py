@@ -13,7 +13,6 @@ from sim1.policy.image.clips import split_clips
 from sim1.policy.image.evaluation import errors_of, without_pictures
 from sim1.policy.image.measures import BLANK, DATASET, measure
 from sim1.policy.image.shifts import IN_DOMAIN
-from sim1.statistics import bootstrap_mean_interval
 
 
 @pytest.fixture(scope="module")
@@ -28,22 +27,44 @@ def test_intervals_are_over_trajectories_and_changes_are_paired():
     stream = np.random.default_rng(0)
     level = stream.uniform(0.1, 0.5, 6)  # trajectories differ by far more than a look changes
     rows = [
-        {"pictures": name, "garment": "towel", "trajectory": str(place), "appearance": appearance, "joint_error_rad": own + more,
+        {"seed": seed, "pictures": name, "garment": "towel", "trajectory": str(place), "appearance": appearance, "joint_error_rad": own + more,
          "openness_error": 0.1, "hold_joint_error_rad": 0.2, "hold_openness_error": 0.1}
         for name, more, copies in ((DATASET, 0.0, 2), (IN_DOMAIN, 0.0, 1), ("lighting", 0.02, 1), (BLANK, 0.3, 1))
         for place, own in enumerate(level)
         for appearance in range(copies)
+        for seed in (3, 5)
     ]  # fmt: skip
     points = {point.pictures: point for point in measure(pd.DataFrame(rows), seed=0)}
     assert list(points) == [DATASET, IN_DOMAIN, "lighting", BLANK]
     assert (points[DATASET].trajectory_count, points[DATASET].clip_count) == (6, 12)
-    wide = bootstrap_mean_interval(level, np.random.default_rng(1))
+    wide = np.quantile(np.random.default_rng(1).choice(level, size=(2000, 6)).mean(axis=1), [0.025, 0.975])
     np.testing.assert_allclose(points[DATASET].joint_rad.interval, wide, atol=0.03)
     np.testing.assert_allclose(points["lighting"].joint_change_rad.interval, (0.02, 0.02), atol=1e-9)
     np.testing.assert_allclose(points["lighting"].openness_change.interval, (0.0, 0.0), atol=1e-9)
     assert points[IN_DOMAIN].joint_change_rad is None
     one = measure(pd.DataFrame(rows)[lambda table: table["trajectory"] == "0"], seed=0)
     assert one[0].joint_rad.interval is None
+
+
+def test_networks_that_differ_widen_the_interval_and_not_that_of_a_change_which_all_of_them_show():
+    def points(spread):
+        rows = [
+            {"seed": seed, "pictures": name, "garment": "towel", "trajectory": str(place), "appearance": 0,
+             "joint_error_rad": 0.2 + 0.001 * place + spread * seed + more, "openness_error": 0.1, "hold_joint_error_rad": 0.2,
+             "hold_openness_error": 0.1}
+            for name, more in ((IN_DOMAIN, 0.0), ("lighting", 0.02))
+            for place in range(6)
+            for seed in range(5)
+        ]  # fmt: skip
+        return {point.pictures: point for point in measure(pd.DataFrame(rows), seed=0)}
+
+    alike, apart = points(0.0), points(0.01)
+    width = [
+        found[IN_DOMAIN].joint_rad.interval.high - found[IN_DOMAIN].joint_rad.interval.low for found in (alike, apart)
+    ]
+    assert width[1] > 3 * width[0] > 0
+    assert (apart[IN_DOMAIN].trajectory_count, apart[IN_DOMAIN].clip_count) == (6, 6)
+    np.testing.assert_allclose(apart["lighting"].joint_change_rad.interval, (0.02, 0.02), atol=1e-9)
 
 
 class Parrot(torch.nn.Module):

@@ -14,7 +14,7 @@ def said(folder, count, *, hold_rad=0.5, shown=True):
     level = np.linspace(0.1, 0.2, count)
     pictures = ((DATASET, 0.0), (IN_DOMAIN, 0.0), ("lighting", 0.02), (BLANK, 0.3))
     rows = [
-        {"pictures": name, "garment": "towel", "trajectory": str(place), "joint_error_rad": own + more,
+        {"seed": 0, "pictures": name, "garment": "towel", "trajectory": str(place), "appearance": 0, "joint_error_rad": own + more,
          "openness_error": 0.1, "hold_joint_error_rad": hold_rad, "hold_openness_error": 0.1}
         for name, more in (pictures if shown else pictures[:1])
         for place, own in enumerate(level)

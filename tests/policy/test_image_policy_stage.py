@@ -18,6 +18,7 @@ from sim1.policy.image.measures import BLANK, DATASET
 from sim1.policy.image.policy_file import SCHEMA
 from sim1.policy.image.shifts import TITLES
 from sim1.policy.image.stage import ImagePolicyConfig, check_image_policy, image_policy
+from sim1.policy.image.training import train
 from sim1.progress import listening
 from sim1.stage import BadInput, Inputs
 
@@ -93,14 +94,58 @@ def test_every_held_out_clip_and_every_look_is_measured(made):
     looks = errors[errors["pictures"].isin([*TITLES, BLANK])]
     assert looks["joint_error_rad"].nunique() == len(looks)  # and the pictures differ
     assert {path.name for path in out.iterdir()} == {
-        "policy", "views", "image_policy.json", "open_loop.parquet", "training.parquet", "report.html",
+        "policies", "views", "image_policy.json", "open_loop.parquet", "training.parquet", "report.html",
         "errors.png", "looks.png", "loss.png",
     }  # fmt: skip
 
 
+def test_networks_of_several_seeds_differ_and_are_the_same_whoever_makes_them(world, tmp_path):
+    """Each in a process of its own, of which progress is told; then one after the other, killed within the second."""
+    config, seen = replace(CONFIG, seeds=(0, 7), processes=2, steps=12), []
+    with listening(lambda done, total, what: seen.append((what, done / total))):
+        facts = world.make(tmp_path / "two", config)
+    assert facts["network_count"] == 2
+    assert any(0.3 < share < 0.5 for what, share in seen if what == "0 of 2 networks")
+    assert failed(check_image_policy(tmp_path / "two")) == []
+
+    def sink(done, total, what):
+        if "step 9 of 12" in what and done / total > 0.5:
+            raise Killed
+
+    with listening(sink), pytest.raises(Killed):
+        world.make(tmp_path / "one", replace(config, processes=1))
+    world.make(tmp_path / "one", replace(config, processes=1))
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+
+    about = json.loads((tmp_path / "two" / "image_policy.json").read_text())
+    errors = pd.read_parquet(tmp_path / "two" / "open_loop.parquet")
+    assert errors.groupby("seed").size().to_dict() == {0: 8, 7: 8}
+    plain = errors[errors["pictures"] == DATASET].groupby("seed")["joint_error_rad"].mean()
+    assert {network["seed"]: network["joint_error_rad"] for network in about["networks"]} == pytest.approx(dict(plain))
+    assert plain[0] != plain[7]
+    assert about["points"][0]["joint_rad"]["value"] == pytest.approx(plain.mean())
+    assert about["points"][0]["clip_count"] == 2
+
+
+def test_the_network_of_a_seed_is_the_same_whichever_others_there_are(world, made, tmp_path):
+    world.make(tmp_path / "out", replace(CONFIG, seeds=(7, 0), processes=1, shifted_trajectories=0))
+    assert contents(tmp_path / "out" / "policies" / "0") == contents(made[0] / "policies" / "0")
+
+
+def test_a_network_that_diverged_is_told(world, tmp_path, monkeypatch):
+    def diverged(*args):
+        trained, losses = train(*args)
+        next(iter(trained.policy.parameters())).data[:] = np.nan
+        return trained, losses
+
+    monkeypatch.setattr("sim1.policy.image.networks.train", diverged)
+    with pytest.raises(BadInput, match=r"seed 0 are not finite after 4 steps; set a smaller learning rate"):
+        world.make(tmp_path / "out")
+
+
 def test_the_checkpoint_carries_the_normalisation_of_the_training_part(made, world):
     parts = split_clips(world.inputs["dataset"][""], CONFIG.test_share, CONFIG.seed)
-    (kept,) = (made[0] / "policy").glob("policy_preprocessor_*normalizer*.safetensors")
+    (kept,) = (made[0] / "policies" / "0").glob("policy_preprocessor_*normalizer*.safetensors")
     statistics = load_file(kept)
     assert not any("keypoints" in name for name in statistics)
     for name, column in (("observation.state", "state"), ("action", "action")):
@@ -148,7 +193,7 @@ def test_a_run_that_was_killed_anywhere_ends_with_the_same_bytes(world, made, tm
 
 def test_a_training_that_began_from_published_weights_does_not_go_on_from_others(world, made, tmp_path):
     published, folder = tmp_path / "published", tmp_path / "policies"
-    shutil.copytree(made[0] / "policy", published)
+    shutil.copytree(made[0] / "policies" / "0", published)
     folder.mkdir()
     needs = {"weights": {"folder": "../published", "source": "someone/mite"}}
     text = {"schema": SCHEMA, "title": "Goes on", "type": "act", "settings": MITE, "needs": needs}
@@ -224,14 +269,14 @@ def test_a_damaged_dataset_is_named(world, tmp_path):
 
 
 def test_the_check_sees_weights_that_are_no_numbers(artifact):
-    weights = load_file(artifact / "policy" / "model.safetensors")
+    weights = load_file(artifact / "policies" / "0" / "model.safetensors")
     weights["model.action_head.bias"][0] = float("nan")
-    save_file(weights, artifact / "policy" / "model.safetensors", metadata={"format": "pt"})
+    save_file(weights, artifact / "policies" / "0" / "model.safetensors", metadata={"format": "pt"})
     assert failed(check_image_policy(artifact)) == ["weights_finite"]
 
 
 def test_the_check_sees_a_policy_that_lerobot_cannot_load(artifact):
-    (artifact / "policy" / "policy_preprocessor.json").unlink()
+    (artifact / "policies" / "0" / "policy_preprocessor.json").unlink()
     assert failed(check_image_policy(artifact)) == ["lerobot_loads_it_again"]
 
 

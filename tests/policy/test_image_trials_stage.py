@@ -3,6 +3,7 @@
 import json
 import shutil
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,6 +18,7 @@ from painted_world import HELD_OUT, Painter, write_world
 import sim1.policy.image_trials.crew
 from sim1.film_strip import write_strip
 from sim1.policy import paper
+from sim1.policy.image.build import load
 from sim1.policy.image.policy_file import SCHEMA
 from sim1.policy.image.stage import ImagePolicyConfig, image_policy
 from sim1.policy.image_trials.looks import SHIFTS
@@ -78,7 +80,9 @@ def inputs(tmp_path_factory):
     text = yaml.safe_dump({"schema": SCHEMA, "title": "A very small ACT", "type": "act", "settings": MITE})
     (folder / "policies" / "mite.yaml").write_text(text)
     (folder / "policy").mkdir()
-    learning = ImagePolicyConfig(policy="mite", steps=1, batch=2, chunk_s=0.5, device="cpu", shifted_trajectories=0)
+    learning = ImagePolicyConfig(
+        policy="mite", seeds=(3, 5), steps=1, batch=2, chunk_s=0.5, device="cpu", processes=1, shifted_trajectories=0
+    )
     image_policy({**made, "policies": {"": folder / "policies"}}, folder / "policy", learning)
     return {**made, "image_policy": {"": folder / "policy"}}
 
@@ -116,8 +120,9 @@ def table(out: Path) -> pd.DataFrame:
 def test_every_shift_is_tried_and_counted_and_nothing_else_is_left_behind(made):
     out, facts = made
     assert failed(check_image_trials(out)) == []
-    assert table(out)["shift"].value_counts().to_dict() == dict.fromkeys(SHIFTS, 2)
-    assert (facts["trial_count"], facts["success_count"], facts["trials_in"]) == (10, 8, "stand-in reality")
+    assert table(out)["shift"].value_counts().to_dict() == dict.fromkeys(SHIFTS, 4)  # of two networks
+    assert (facts["trial_count"], facts["success_count"], facts["trials_in"]) == (20, 16, "stand-in reality")
+    assert facts["network_count"] == 2
     assert "no robot" in facts["stand_in"]
     assert {path.name for path in out.iterdir()} == {
         "image_trials.json", "trials.parquet", "report.html", "success.png", *(f"trials_{shift}.png" for shift in SHIFTS),
@@ -125,20 +130,31 @@ def test_every_shift_is_tried_and_counted_and_nothing_else_is_left_behind(made):
 
 
 def test_trials_of_one_number_meet_one_placement_and_the_moved_one_lies_in_the_same_direction(made):
-    trials = table(made[0]).set_index(["shift", "trial"])
-    for number in (0, 1):
-        rows = {shift: trials.loc[shift, number] for shift in SHIFTS}
+    trials = table(made[0]).set_index(["shift", "seed", "trial"])
+    for seed, number in product((3, 5), (0, 1)):
+        rows = {shift: trials.loc[shift, seed, number] for shift in SHIFTS}
         places = {shift: np.array([row["shift_x_m"], row["shift_y_m"]]) for shift, row in rows.items()}
         for shift in ("texture", "lighting", "viewpoint"):
             np.testing.assert_array_equal(places[shift], places["in-domain"])
         np.testing.assert_allclose(places["spatial"], 8 * places["in-domain"], atol=1e-9)  # of 8 cm in place of 1 cm
         assert abs(rows["spatial"]["turn_rad"]) <= np.radians(15)
+    assert table(made[0])[table(made[0])["shift"] == "in-domain"]["shift_x_m"].nunique() == 4  # networks have their own
+
+
+def test_every_network_drives_itself(made, world, inputs, tmp_path, monkeypatch):
+    loaded = []
+    monkeypatch.setattr(
+        sim1.policy.image_trials.crew, "load", lambda path, device: (loaded.append(path.name), load(path, device))[1]
+    )
+    world(tmp_path / "out", replace(CONFIG, shifts=("in-domain",), trial_count=1))
+    assert loaded == ["3", "5"]  # one after the other
+    assert table(tmp_path / "out")["seed"].tolist() == [3, 5]
 
 
 def test_another_texture_has_another_friction_in_turn_and_no_other_shift_has(made):
     trials = table(made[0])
     texture = trials["shift"] == "texture"
-    assert trials["friction_factor"][texture].tolist() == [0.6, 1.6]
+    assert trials["friction_factor"][texture].tolist() == [0.6, 1.6, 0.6, 1.6]
     assert set(trials["friction_factor"][~texture]) == {1.0}
 
 
@@ -157,8 +173,9 @@ def test_a_strip_shows_the_very_pictures_that_the_policy_saw_and_says_in_what(ma
         lambda path, strip: (kept.update({path.parent.name: strip}), write_strip(path, strip)),
     )
     world(tmp_path / "out", replace(CONFIG, shifts=("texture",), trial_count=1))
-    (strip,) = kept.values()
+    strip = next(iter(kept.values()))
     row = table(tmp_path / "out").iloc[0]
+    assert strip.title.startswith("towel, network seed 3, trial 0, ")
     assert strip.title.endswith(
         f"{row['fabric']} on {row['table']}, light {row['light']}, camera {row['elevation_deg']:+.0f}°, friction × 0.6"
     )
@@ -186,7 +203,7 @@ def test_a_killed_run_goes_on_with_the_trials_that_are_made_and_ends_with_the_sa
         sim1.policy.image_trials.crew, "drive", lambda b, t, *rest: (begun.append(t.name), real(b, t, *rest))[1]
     )
     world(out)
-    assert (len(first), len(begun)) == (4, 6)
+    assert (len(first), len(begun)) == (4, 16)
     assert {path.name: path.read_bytes() for path in out.iterdir()} == {
         path.name: path.read_bytes() for path in made[0].iterdir()
     }
@@ -208,9 +225,9 @@ def test_a_policy_that_answers_by_chance_has_the_same_luck_in_every_shift_of_a_t
     monkeypatch.setattr(sim1.policy.image_trials.crew, "load", lambda *_: Guessing())
     monkeypatch.setattr(sim1.policy.image_trials.crew, "open_bench", open_bench)
     world(tmp_path / "out", replace(CONFIG, shifts=("in-domain", "lighting")))
-    luck = table(tmp_path / "out").set_index(["shift", "trial"])["figures"]
+    luck = table(tmp_path / "out").set_index(["shift", "seed", "trial"])["figures"]
     assert luck["in-domain"].tolist() == luck["lighting"].tolist()
-    assert luck["in-domain"].nunique() == 2
+    assert luck["in-domain"].nunique() == 4
 
 
 def test_a_simulation_that_breaks_is_a_failure_and_its_strip_ends_there(world, tmp_path, monkeypatch):
@@ -232,11 +249,12 @@ def test_the_page_of_results_has_the_papers_figures_beside_and_what_the_policy_s
     rows = {row["Shift"]: row for row in table_.table}
     assert list(rows) == [*paper.SHIFTS, paper.AVERAGE]
     assert [row["Success (%) | paper"] for row in rows.values()] == [67, 93, 90, 82, 47, 76]
-    assert rows["texture"]["Success (%) | here"].replace("\N{NO-BREAK SPACE}", " ") == "0 (0 to 66), 0 of 2"
-    assert rows["texture"]["Change (points)"].replace("\N{NO-BREAK SPACE}", " ") == "-100 (-100 to -7), 2 pairs"
-    assert rows["lighting"]["Change (points)"].replace("\N{NO-BREAK SPACE}", " ") == "+0 (-66 to +66), 2 pairs"
+    assert rows["texture"]["Success (%) | here"].replace("\N{NO-BREAK SPACE}", " ") == "0 (0 to 49), 0 of 4"
+    assert rows["texture"]["Change (points)"].replace("\N{NO-BREAK SPACE}", " ") == "-100 (-100 to -31), 4 pairs"
+    assert rows["lighting"]["Change (points)"].replace("\N{NO-BREAK SPACE}", " ") == "+0 (-49 to +49), 4 pairs"
     said = " ".join(table_.paragraphs)
-    assert "One network alone drove everywhere here; such an interval is that of its trials" in said
+    assert "drives (2 networks) in the stand-in reality" in said
+    assert "One network alone" not in said
     assert [picture.path.name for picture in strips.pictures] == [f"trials_{shift}.png" for shift in SHIFTS]
 
 
@@ -251,7 +269,7 @@ def test_a_shift_that_was_not_run_says_so_and_without_trials_nothing_is_shown(wo
 DAMAGES = {
     "every_trial_accounted_for": lambda trials: trials.iloc[1:],
     "figures_finite": lambda trials: trials.assign(simulated_s=np.nan),
-    "shifts_compare_in_pairs": lambda trials: trials.assign(shift_x_m=np.arange(10.0)),
+    "shifts_compare_in_pairs": lambda trials: trials.assign(shift_x_m=np.arange(20.0)),
     "every_plan_saw_a_picture": lambda trials: trials.assign(picture_count=1),
     "figures_follow_from_trials": lambda trials: trials.assign(success=False, failure="slip"),
 }

@@ -1,9 +1,8 @@
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim1.statistics import Interval, bootstrap_mean_interval, describe_share, difference_interval, wilson_interval
+from sim1.statistics import Interval, describe_share, difference_interval, wilson_interval
 
 
 @pytest.mark.parametrize(
@@ -42,28 +41,6 @@ def test_impossible_counts_are_refused(counts):
 
 def test_share_is_described_with_counts_and_interval():
     assert describe_share(3, 10) == "3 of 10 = 30 % (95 % interval 11 to 60 %)"
-
-
-def test_bootstrap_interval_of_a_normal_sample_has_the_theoretical_width():
-    sample = np.random.default_rng(0).normal(5.0, 2.0, 400)
-    low, high = bootstrap_mean_interval(sample, np.random.default_rng(1))
-    assert low < sample.mean() < high
-    assert high - low == pytest.approx(2 * 1.96 * sample.std() / 20, rel=0.08)
-
-
-def test_bootstrap_interval_covers_the_true_mean_about_as_often_as_it_says():
-    rng = np.random.default_rng(2)
-    hits = 0
-    for _ in range(200):
-        low, high = bootstrap_mean_interval(rng.exponential(1.0, 40), rng, resample_count=400)
-        hits += low <= 1.0 <= high
-    assert 0.86 <= hits / 200 <= 0.99
-
-
-def test_bootstrap_refuses_what_has_no_mean():
-    for bad in ([], [np.nan, 1.0]):
-        with pytest.raises(ValueError, match="finite"):
-            bootstrap_mean_interval(bad, np.random.default_rng(0))
 
 
 def test_the_interval_of_a_difference_is_newcombes():

@@ -3,41 +3,45 @@
 import hashlib
 import json
 import math
+import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
+from lerobot.configs import PreTrainedConfig
 
 from sim1.picture_file import save_figure
 from sim1.policy.counting import read_table
 from sim1.policy.episodes import read_rate_hz
-from sim1.policy.image.build import Trained, load, policy_config, save
+from sim1.policy.image.build import load, policy_config
 from sim1.policy.image.clips import Clip, Parts, clips_of, split_clips
-from sim1.policy.image.evaluation import ERROR_COLUMNS, errors_of, without_pictures
+from sim1.policy.image.exam import Exam
 from sim1.policy.image.frames import looks_back, read_features, training_statistics
-from sim1.policy.image.measures import BLANK, DATASET, SCHEMA, Point, measure, of_pictures
-from sim1.policy.image.needs import choose_device, weights_folder
+from sim1.policy.image.measures import DATASET, SCHEMA, Point, measure, of_pictures
+from sim1.policy.image.needs import CPU, choose_device, weights_folder
+from sim1.policy.image.networks import Course, make_networks, take_policies
 from sim1.policy.image.page import write_page
 from sim1.policy.image.pictures import draw_errors, draw_looks, draw_loss
 from sim1.policy.image.policy_file import find_policy
-from sim1.policy.image.shifts import IN_DOMAIN, TITLES
+from sim1.policy.image.shifts import TITLES
 from sim1.policy.image.stage import ImagePolicyConfig
-from sim1.policy.image.training import TrainingPlan, train
+from sim1.policy.image.training import TrainingPlan
 from sim1.policy.image.views import choose_trajectories, write_views
 from sim1.progress import report, within
 from sim1.stage import BadInput, Facts, Inputs, only
 
-POLICY, VIEWS, FRAMES, TRAINING = "policy", "views", "frames", "training"  # folders; the last two while at work
-BEGUN_FROM = "weights.sha256"  # file in TRAINING, and beside the policy once there is one
-RENDERED, TRAINED = 0.3, 0.9  # shares of the progress that are reached
+POLICIES, VIEWS = "policies", "views"  # folders
+FRAMES, TRAINING = "frames", "training"  # others, while at work
+LOSSES, ERRORS = "training.parquet", "open_loop.parquet"  # there once the policies are
+BEGUN_FROM = "weights.sha256"  # file in TRAINING, and beside the policies once they are there
+RENDERED = 0.3  # share of the progress that is reached
 
 
 def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Facts:
-    """Write policy, views, errors, page and pictures into `out`."""
+    """Write policies, views, errors, page and pictures into `out`."""
     report(0.0, 1.0, "reading the dataset")
     dataset = only(inputs, "dataset")
     path, file = find_policy(only(inputs, "policies"), config.policy)
@@ -55,26 +59,41 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
     shown = _views(inputs, parts, out, stride, config)
     episodes = [clip.episode_index for clip in parts.train]
     statistics = training_statistics(dataset, episodes)
-    plan = TrainingPlan(
-        steps=config.steps,
-        batch=config.batch,
-        seed=config.seed,
-        workers=config.workers,
-        checkpoint_s=config.checkpoint_s,
+    course = Course(
+        dataset=dataset,
+        episodes=episodes,
+        settings=settings,
+        weights=weights,
+        fresh=fresh,
+        statistics=statistics,
+        plan=TrainingPlan(
+            steps=config.steps,
+            batch=config.batch,
+            seed=config.seed,
+            workers=config.workers,
+            checkpoint_s=config.checkpoint_s,
+        ),
+        seeds=config.seeds,
+        exam=Exam(
+            dataset=dataset,
+            held_out=parts.held_out,
+            views=out / VIEWS,
+            shown=shown,
+            stride=stride,
+            colors={name: statistics[name]["mean"] for name in settings.image_features},
+            chunk_frames=chunk_frames,
+            every=config.evaluate_every,
+            batch=config.batch,
+            workers=config.workers,
+            seed=config.seed,
+        ),
     )
-    with within(RENDERED if shown else 0.0, TRAINED):
-        if not (out / POLICY).exists():
-            begun_from = _begun_from(out / TRAINING, weights) if weights else None
-            _keep(
-                out, *train(dataset, episodes, settings, weights, fresh, statistics, plan, out / TRAINING), begun_from
-            )
-        trained = load(out / POLICY, device)
-    losses = read_table(out / "training.parquet")["loss"].tolist()
-
-    colors = {name: statistics[name]["mean"] for name in settings.image_features}
-    with within(TRAINED, 1.0):
-        errors = _errors(out, dataset, trained, parts.held_out, shown, stride, colors, chunk_frames, config)
+    with within(RENDERED if shown else 0.0, 1.0):
+        if not (out / POLICIES).exists():
+            _make(course, out, config)
+    losses, errors = (read_table(out / name) for name in (LOSSES, ERRORS))
     points = measure(errors, config.seed)
+    trained = load(out / POLICIES / str(config.seeds[0]), device)
     about = {
         "schema": SCHEMA,
         "policy": config.policy,
@@ -87,8 +106,8 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
         "weights_sha256": (out / BEGUN_FROM).read_text() if weights else None,
         "rate_hz": rate_hz,
         "chunk_frames": chunk_frames,
-        "training": {"steps": plan.steps, "batch": plan.batch, "seed": plan.seed},
-        "loss": {"first": _mean(losses[: _window(losses)]), "last": _mean(losses[-_window(losses) :])},
+        "training": {"steps": config.steps, "batch": config.batch},
+        "networks": [_network(seed, losses, errors) for seed in config.seeds],
         "train_count": _trajectory_count(parts.train),
         "train_clips": len(parts.train),
         "held_out_count": _trajectory_count(parts.held_out),
@@ -102,7 +121,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
         "points": [asdict(point) for point in points],
     }
     (out / "image_policy.json").write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
-    _draw(out, points, losses, shown, trained)
+    _draw(out, points, losses, shown, settings)
     write_page(out, points, about)
     shutil.rmtree(out / TRAINING, ignore_errors=True)
     return _facts(about, points)
@@ -154,57 +173,44 @@ def _begun_from(training: Path, weights: Path) -> str:
     return now
 
 
-def _keep(out: Path, trained: Trained, losses: Sequence[float], begun_from: str | None) -> None:
-    """Write the policy whole or not at all; before it, from what weights it began."""
+def _make(course: Course, out: Path, config: ImagePolicyConfig) -> None:
+    """Write the tables and, once they are there, the policies; before them, from what weights they began."""
+    training = out / TRAINING
+    training.mkdir(exist_ok=True)
+    begun_from = _begun_from(training, course.weights) if course.weights else None
+    losses, errors = make_networks(course, training, _processes(course, config.processes))
+    losses.to_parquet(out / LOSSES, index=False)
+    errors.to_parquet(out / ERRORS, index=False)
     if begun_from:
         (out / BEGUN_FROM).write_text(begun_from)
-    pd.DataFrame({"step": np.arange(1, len(losses) + 1), "loss": losses}).to_parquet(
-        out / "training.parquet", index=False
-    )
-    part = out / f"{POLICY}.part"
-    shutil.rmtree(part, ignore_errors=True)
-    save(part, trained)
-    part.rename(out / POLICY)
+    take_policies(training, course.seeds, out / POLICIES)
 
 
-def _errors(
-    out: Path,
-    dataset: Path,
-    trained: Trained,
-    held_out: Sequence[Clip],
-    shown: Sequence[Clip],
-    stride: int,
-    colors: dict[str, np.ndarray],
-    chunk_frames: int,
-    config: ImagePolicyConfig,
-) -> pd.DataFrame:
-    """Write `open_loop.parquet`: a row per held-out clip, and per view of those that were rendered anew."""
-    how = {
-        "chunk_frames": chunk_frames,
-        "every": config.evaluate_every,
-        "batch": config.batch,
-        "workers": config.workers,
-        "seed": config.seed,
+def _processes(course: Course, wanted: int) -> int:
+    """One where there is a GPU, unless more are wanted: its memory is that of all."""
+    usual = 1 if course.settings.device != CPU else os.process_cpu_count() or 1
+    return min(wanted or usual, len(course.seeds))
+
+
+def _network(seed: int, losses: pd.DataFrame, errors: pd.DataFrame) -> dict[str, Any]:
+    """How one network's training went, and its mean error on the dataset's held-out trajectories (None: there are none)."""
+    own = losses["loss"][losses["seed"] == seed].tolist()
+    tried = errors[(errors["seed"] == seed) & (errors["pictures"] == DATASET)]
+    per_trajectory = tried.groupby(["garment", "trajectory"])["joint_error_rad"].mean()
+    return {
+        "seed": seed,
+        "loss": {"first": _mean(own[: _window(own)]), "last": _mean(own[-_window(own) :])},
+        "joint_error_rad": float(per_trajectory.mean()) if len(per_trajectory) else None,
     }
-    looks = {shift: [clip for clip in shown if clip.appearance == place] for place, shift in enumerate(TITLES)}
-    with within(0.0, 0.5):
-        rows = errors_of(trained, dataset, {DATASET: held_out}, **how)
-    with within(0.5, 0.9):
-        rows += errors_of(trained, out / VIEWS, looks, stride=stride, **how)
-    with within(0.9, 1.0):
-        blank = {BLANK: looks[IN_DOMAIN]}
-        rows += errors_of(trained, out / VIEWS, blank, stride=stride, see=without_pictures(colors), **how)
-    report(1.0, 1.0, "errors measured")
-    table = pd.DataFrame(rows, columns=list(ERROR_COLUMNS))
-    table.to_parquet(out / "open_loop.parquet", index=False)
-    return table
 
 
-def _draw(out: Path, points: Sequence[Point], losses: Sequence[float], shown: Sequence[Clip], trained: Trained) -> None:
+def _draw(
+    out: Path, points: Sequence[Point], losses: pd.DataFrame, shown: Sequence[Clip], settings: PreTrainedConfig
+) -> None:
     if points:
         save_figure(draw_errors(points), out / "errors.png", dpi=110)
     if shown:
-        save_figure(draw_looks(out / VIEWS, shown, trained.policy.config), out / "looks.png", dpi=110)
+        save_figure(draw_looks(out / VIEWS, shown, settings), out / "looks.png", dpi=110)
     save_figure(draw_loss(losses), out / "loss.png", dpi=110)
 
 
@@ -213,6 +219,7 @@ def _facts(about: dict[str, Any], points: Sequence[Point]) -> Facts:
     return {
         "policy": f"{about['policy']}, size {about['size']}, on {about['device']}",
         "parameter_count": about["parameter_count"],
+        "network_count": len(about["networks"]),
         "training_trajectory_count": about["train_count"],
         "held_out_trajectory_count": about["held_out_count"],
         "held_out_joint_error_rad": plain and plain.joint_rad.value,

@@ -1,6 +1,6 @@
-"""What the errors on held-out trajectories say, with intervals over trajectories."""
+"""What the errors on held-out trajectories say, with intervals over trajectories and networks."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,18 +10,21 @@ import pydantic
 
 from sim1.data_file import explained
 from sim1.policy.counting import read_figures
+from sim1.policy.error_table import error_table, means_of_resamples
 from sim1.policy.image.shifts import IN_DOMAIN, TITLES
 from sim1.stage import BadInput, random_stream
-from sim1.statistics import Interval, bootstrap_mean_interval
+from sim1.statistics import Interval
 
-SCHEMA = "sim1.image_policy_result/2"  # of image_policy.json
+SCHEMA = "sim1.image_policy_result/3"  # of image_policy.json
 DATASET, BLANK = "dataset", "no_picture"
+ERRORS = ("joint_error_rad", "openness_error")  # columns
+RESAMPLES, TAILS = 2000, (0.025, 0.975)
 ALL_TITLES = {DATASET: "as in the dataset", **TITLES, BLANK: "no picture, its mean colour"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Mean:
-    """Mean over trajectories; no interval where there is one trajectory."""
+    """Mean over trajectories and networks, with a bootstrap over either; no interval where there is one trajectory."""
 
     value: float
     interval: Interval | None
@@ -44,9 +47,13 @@ class Point:
 
 def measure(errors: pd.DataFrame, seed: int) -> list[Point]:
     """A point per kind of pictures, in the order of `ALL_TITLES`; appearances of a trajectory are averaged first."""
-    per_trajectory = errors.groupby(["pictures", "garment", "trajectory"]).mean(numeric_only=True)
+    keys = ["garment", "trajectory", "seed"]
     known = [name for name in ALL_TITLES if name in set(errors["pictures"])]
-    return [_point(name, errors, per_trajectory, seed) for name in known]
+    tables = {
+        name: errors[errors["pictures"] == name].groupby(keys, as_index=False).mean(numeric_only=True) for name in known
+    }
+    clips = errors.drop_duplicates(["pictures", "garment", "trajectory", "appearance"])["pictures"].value_counts()
+    return [_point(name, int(clips[name]), tables, seed) for name in known]
 
 
 def read_points(artifact: Path) -> list[Point]:
@@ -62,28 +69,35 @@ def read_points(artifact: Path) -> list[Point]:
         raise BadInput(f"{artifact}/image_policy.json: points: {explained(error)}; make image_policy again") from error
 
 
-def _point(name: str, errors: pd.DataFrame, per_trajectory: pd.DataFrame, seed: int) -> Point:
-    own = per_trajectory.loc[name]
-    changes: dict[str, Mean | None] = {"joint_error_rad": None, "openness_error": None}
+def _point(name: str, clip_count: int, tables: Mapping[str, pd.DataFrame], seed: int) -> Point:
+    own = tables[name]
+    joint, openness = (error_table(own, column) for column in ERRORS)
+    changes: list[Mean | None] = [None, None]
     if name not in (DATASET, IN_DOMAIN):
-        paired = own[list(changes)] - per_trajectory.loc[IN_DOMAIN][list(changes)]
-        changes = {column: _mean(paired[column].to_numpy(), seed, name, "change", column) for column in changes}
+        before = [error_table(tables[IN_DOMAIN], column) for column in ERRORS]  # of the same trajectories
+        changes = [
+            _mean(now - then, seed, name, "change", column)
+            for now, then, column in zip((joint, openness), before, ERRORS)
+        ]
     return Point(
         pictures=name,
-        trajectory_count=len(own),
-        clip_count=int((errors["pictures"] == name).sum()),
-        joint_rad=_mean(own["joint_error_rad"].to_numpy(), seed, name, "joint"),
-        openness=_mean(own["openness_error"].to_numpy(), seed, name, "openness"),
+        trajectory_count=len(joint),
+        clip_count=clip_count,
+        joint_rad=_mean(joint, seed, name, "joint"),
+        openness=_mean(openness, seed, name, "openness"),
         hold_joint_rad=float(own["hold_joint_error_rad"].mean()),
         hold_openness=float(own["hold_openness_error"].mean()),
-        joint_change_rad=changes["joint_error_rad"],
-        openness_change=changes["openness_error"],
+        joint_change_rad=changes[0],
+        openness_change=changes[1],
     )
 
 
-def _mean(values: np.ndarray, seed: int, *names: str) -> Mean:
-    interval = bootstrap_mean_interval(values, random_stream(seed, "image", *names)) if len(values) > 1 else None
-    return Mean(value=float(values.mean()), interval=interval)
+def _mean(table: np.ndarray, seed: int, *names: str) -> Mean:
+    """Of errors (t, s) by trajectory and network."""
+    if len(table) == 1:
+        return Mean(value=float(table.mean()), interval=None)
+    means = means_of_resamples(table[None], RESAMPLES, random_stream(seed, "image", *names))[0]
+    return Mean(value=float(table.mean()), interval=Interval(*map(float, np.quantile(means, TAILS))))
 
 
 def of_pictures(points: Sequence[Point], name: str) -> Point | None:

@@ -42,9 +42,10 @@ def write_page(out: Path, points: Sequence[Point], about: Mapping[str, Any]) -> 
                 f"{about['title']} (lerobot's “{about['type']}”, size {about['size']}): {about['parameter_count']:,} "
                 f"parameters, {about['training']['steps']} steps of {about['training']['batch']} frames on "
                 f"{about['device']}. It sees {', '.join(about['inputs'])}, not the garment's keypoints, and predicts "
-                f"{about['chunk_frames']} commands at {about['rate_hz']} Hz. Its loss went from {about['loss']['first']:.3g} to "
-                f"{about['loss']['last']:.3g} (mean of the first and of the last tenth of the steps)."
+                f"{about['chunk_frames']} commands at {about['rate_hz']} Hz. Networks: {len(about['networks'])}, which differ in "
+                "their first weights and in the order of the frames. Loss: mean of the first and of the last tenth of the steps."
             ],
+            table=[_network(network) for network in about["networks"]],
             pictures=_picture(out / "loss.png"),
         ),
         Section(heading="What stands in for reality", paragraphs=STAND_INS),
@@ -149,9 +150,19 @@ def _method(about: Mapping[str, Any]) -> list[str]:
         f"one, the last command held at the end, given the recorded picture and state, "
         f"{'in every frame' if every == 1 else f'every {every} frames'}. "
         "Standing still commands the arms to stay where they are. Intervals: 95 % bootstrap over trajectories, all appearances of a "
-        "trajectory averaged first; changes are paired by trajectory. From fewer than about ten trajectories such intervals come out "
+        "trajectory averaged first, and over networks; of one network, what another would do is not in them. Changes are paired by trajectory and network. From fewer than about ten trajectories such intervals come out "
         "too narrow.",
     ]
+
+
+def _network(network: Mapping[str, Any]) -> dict[str, object]:
+    error_rad = network["joint_error_rad"]
+    return {
+        "Network seed": network["seed"],
+        "Loss, first": f"{network['loss']['first']:.3g}",
+        "Loss, last": f"{network['loss']['last']:.3g}",
+        "Held-out joint error (degrees)": "–" if error_rad is None else f"{np.degrees(error_rad):.2f}",
+    }
 
 
 def _joints(point: Point) -> dict[str, object]:

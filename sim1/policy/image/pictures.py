@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from lerobot.configs import PreTrainedConfig
 from matplotlib.figure import Figure
 
@@ -74,15 +75,19 @@ def draw_looks(views: Path, clips: Sequence[Clip], config: PreTrainedConfig) -> 
     return figure
 
 
-def draw_loss(losses: Sequence[float]) -> Figure:
-    """Training loss over steps, and its running mean."""
+def draw_loss(losses: pd.DataFrame) -> Figure:
+    """Training loss over steps of one network with its running mean, or the running means of several."""
     figure = Figure(figsize=(6.4, 3.6), layout="constrained")
     axes = figure.subplots()
-    axes.plot(np.arange(1, len(losses) + 1), losses, color=STILL, lw=0.8, label="one batch")
-    width = max(1, len(losses) // 20)
-    if width > 1:
-        mean = np.convolve(losses, np.full(width, 1 / width), mode="valid")
-        axes.plot(np.arange(width, len(losses) + 1), mean, color=COLOR, lw=2, label=f"mean of {width}")
+    networks = [own.to_numpy() for _, own in losses.groupby("seed")["loss"]]
+    for place, own in enumerate(networks):
+        if len(networks) == 1:
+            axes.plot(np.arange(1, len(own) + 1), own, color=STILL, lw=0.8, label="one batch")
+        width = max(1, len(own) // 20)
+        if width > 1 or len(networks) > 1:
+            mean = np.convolve(own, np.full(width, 1 / width), mode="valid")
+            label = f"mean of {width}" + (f", {len(networks)} networks" if len(networks) > 1 else "")
+            axes.plot(np.arange(width, len(own) + 1), mean, color=COLOR, lw=2, label="" if place else label)
     axes.set(xlabel="training step", ylabel="loss (lerobot's, normalised)", title="Training")
     axes.legend(frameon=False)
     return figure

@@ -37,12 +37,13 @@ def check_experiment(artifact: Path) -> list[Finding]:
 
 def _complete(trials: pd.DataFrame, about: dict[str, Any]) -> Finding:
     wanted = {
-        (garment, shift, number)
+        (garment, seed, shift, number)
         for garment in about["garments"]
+        for seed in about["network_seeds"]
         for shift in about["shifts"]
         for number in range(about["each"])
     }
-    rows = list(trials[["garment", "shift", "trial"]].itertuples(index=False, name=None))
+    rows = list(trials[["garment", "seed", "shift", "trial"]].itertuples(index=False, name=None))
     silent = int((~trials["success"].astype(bool) & trials["failure"].isna()).sum())
     return Finding(
         name="every_trial_accounted_for",
@@ -76,8 +77,8 @@ def _counted(trials: pd.DataFrame, tried: Sequence[ShiftTried]) -> Finding:
 
 
 def _paired(trials: pd.DataFrame) -> Finding:
-    """Trials of one number begin in one look of training, and where the shift is no spatial one in one place."""
-    by = ["garment", "trial"]
+    """Trials of one network and number begin in one look of training, and where the shift is no spatial one in one place."""
+    by = ["garment", "seed", "trial"]
     laid = trials[trials["shift"] != "spatial"]
     odd = [
         *trials.groupby(by)["trained_look"].nunique(),
@@ -95,7 +96,7 @@ def _seen(trials: pd.DataFrame, about: dict[str, Any]) -> Finding:
         planned = -(-frames // driving["replan_frames"])
         least = 1 if row.failure == BROKEN else planned
         if not least <= row.picture_count <= planned:
-            short.append(f"{row.garment} {row.shift} {row.trial}: {row.picture_count} of {planned}")
+            short.append(f"{row.garment} {row.seed} {row.shift} {row.trial}: {row.picture_count} of {planned}")
     return Finding(name="every_plan_saw_a_picture", passed=not short, detail=", ".join(short[:3]) or "all")
 
 

@@ -1,4 +1,4 @@
-"""Trials of an image policy by any number of processes, each with a policy, cells and a live camera of its own."""
+"""Trials of image policies by any number of processes, each with a policy, cells and a live camera of its own."""
 
 import os
 from collections.abc import Mapping
@@ -30,13 +30,13 @@ COLUMNS = (*TRIAL_COLUMNS, *LOOK_COLUMNS, "picture_count")
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """All trials of an image policy."""
+    """All trials of the networks of an image policy."""
 
     inputs: Inputs
-    policy: Path  # folder that lerobot reads
+    policies: Path  # of folders that lerobot reads, by the network's seed
     device: str
     chunk_frames: int
-    model: ModelKey
+    models: tuple[ModelKey, ...]
     wardrobes: Mapping[str, Wardrobe]  # by garment
     settings: TrialSettings
     config: ImageTrialsConfig
@@ -46,8 +46,9 @@ class Plan:
     def trials(self) -> list[Trial]:
         """In the order of the table."""
         return [
-            Trial(model=self.model, garment=garment, shift=shift, number=number)
+            Trial(model=model, garment=garment, shift=shift, number=number)
             for garment in self.wardrobes
+            for model in self.models
             for shift in self.config.shifts
             for number in range(self.config.trial_count)
         ]
@@ -62,8 +63,8 @@ class Driver:
     """Makes trials (`sim1.crew.Maker`)."""
 
     plan: Plan
-    _trained: Trained
     _trials: Mapping[str, Trial]
+    _networks: dict[ModelKey, Trained] = field(default_factory=dict)  # one: they come one after the other
     _benches: dict[tuple[str, float], Bench] = field(default_factory=dict)
     _cameras: dict[str, LiveCamera] = field(default_factory=dict)  # one: garments come one after the other
 
@@ -71,8 +72,7 @@ class Driver:
     def of(cls, plan: Plan) -> "Driver":
         """One thread a process: there are as many processes as are wanted."""
         torch.set_num_threads(1)
-        trained = load(plan.policy, plan.device)
-        return cls(plan=plan, _trained=trained, _trials={trial.name: trial for trial in plan.trials})
+        return cls(plan=plan, _trials={trial.name: trial for trial in plan.trials})
 
     def make(self, ticket: Ticket, folder: Path) -> Row:
         """Drive; the row (`COLUMNS`), and the film strip in `folder`."""
@@ -89,11 +89,18 @@ class Driver:
         seen = dress_of(self.plan, trial)
         camera.show(seen.clip)
         task = self.plan.wardrobes[trial.garment].task
-        pilot = ImagePilot(self._trained, self.plan.chunk_frames, task, camera.pictures)
-        chance = random_stream(self.plan.config.seed, "policy's chance", trial.garment, trial.number)
+        pilot = ImagePilot(self.network(trial.model), self.plan.chunk_frames, task, camera.pictures)
+        chance = random_stream(self.plan.config.seed, "policy's chance", trial.garment, trial.model.seed, trial.number)
         with seeded_context(int(chance.integers(2**31))):
             row, _ = drive(bench, trial, pilot, self.plan.settings)
         return {**row, **seen.columns, "picture_count": len(pilot.film)}, pilot.film
+
+    def network(self, model: ModelKey) -> Trained:
+        """Ready to drive."""
+        if model not in self._networks:
+            self._networks.clear()
+            self._networks[model] = load(self.plan.policies / str(model.seed), self.plan.device)
+        return self._networks[model]
 
     def _camera(self, garment: str) -> LiveCamera:
         if garment not in self._cameras:
@@ -124,7 +131,7 @@ def strip_of(row: Mapping[str, Any], film: list[tuple[int, np.ndarray]], stride:
     rubbing = f", friction × {row['friction_factor']:g}" if row["friction_factor"] != 1.0 else ""
     placed = laid_down(row["shift_x_m"], row["shift_y_m"], row["turn_rad"])
     return FilmStrip(
-        title=f"{row['garment']}, trial {row['trial']}, {placed}; {row['fabric']} on {row['table']}, light {row['light']}, "
+        title=f"{row['garment']}, network seed {row['seed']}, trial {row['trial']}, {placed}; {row['fabric']} on {row['table']}, light {row['light']}, "
         f"camera {row['elevation_deg']:+.0f}°{rubbing}",
         times_s=tuple(frame * stride / RATE_HZ for frame, _ in shown),
         pictures=tuple(picture for _, picture in shown),

@@ -15,6 +15,7 @@ from sim1.policy.counting import read_figures
 from sim1.policy.episodes import read_rate_hz, read_trajectories
 from sim1.policy.experiment import trial_garments
 from sim1.policy.image.clips import clips_of
+from sim1.policy.image.experiment import POLICIES
 from sim1.policy.image.measures import SCHEMA as POLICY_SCHEMA
 from sim1.policy.image.needs import CPU, GPU, gpu_memory_gib
 from sim1.policy.image_trials.crew import COLUMNS, Driver, Plan
@@ -34,7 +35,7 @@ from sim1.progress import report
 from sim1.render.blender import BlenderFailed
 from sim1.stage import BadInput, Facts, Inputs, only
 
-POLICY, TRIALS, FILES = "policy", "trials", "live"  # folders: of the policy's artifact; of ours, while at work
+TRIALS, FILES = "trials", "live"  # folders, while at work
 
 
 def run_experiment(inputs: Inputs, out: Path, config: ImageTrialsConfig) -> Facts:
@@ -56,7 +57,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImageTrialsConfig) -> Fact
         **{key: learnt[key] for key in ("policy", "title", "type", "size", "train_count", "rate_hz", "chunk_frames")},
         "device": plan.device,
         "steps": learnt["training"]["steps"],
-        "network_seed": plan.model.seed,
+        "network_seeds": [model.seed for model in plan.models],
         "worlds": sorted({row["world"] for row in rows}),
         "garments": list(plan.wardrobes),
         "shifts": list(config.shifts),
@@ -110,10 +111,13 @@ def plan_trials(inputs: Inputs, learnt: Mapping[str, Any], files: Path, config: 
     limits = _limits(inputs, driven, config.time_factor, rate_hz)
     return Plan(
         inputs={name: places for name, places in inputs.items() if name != "dataset"},
-        policy=only(inputs, "image_policy") / POLICY,
+        policies=only(inputs, "image_policy") / POLICIES,
         device=_device(config.device),
         chunk_frames=learnt["chunk_frames"],
-        model=ModelKey(trained_on=GENERATED, size=learnt["train_count"], seed=learnt["training"]["seed"]),
+        models=tuple(
+            ModelKey(trained_on=GENERATED, size=learnt["train_count"], seed=network["seed"])
+            for network in learnt["networks"]
+        ),
         wardrobes=wardrobes,
         settings=TrialSettings(driving=driving, limits=limits, config=config),
         config=config,
@@ -145,6 +149,7 @@ def _facts(about: Mapping[str, Any], tried: list[ShiftTried]) -> Facts:
     shown = by_shift(tried)
     return {
         "policy": f"{about['policy']}, size {about['size']}, {about['steps']} steps, on {about['device']}",
+        "network_count": len(about["network_seeds"]),
         "training_trajectory_count": about["train_count"],
         "trial_garments": ", ".join(about["garments"]),
         "trials_in": ", ".join(about["worlds"]) or "none",

@@ -80,7 +80,7 @@ class Dress:
 def dress(
     trial: Trial, wardrobe: Wardrobe, known: Looks, *, seed: int, viewpoint_rad: float, frame_count: int
 ) -> Dress:
-    """What a trial looks like. Trials of one number differ in what their shift changes alone, noise of the pictures included.
+    """What a trial looks like. Those of one network and number differ in what their shift changes alone, noise of the pictures included.
 
     Args:
         trial: which; the viewpoint is lower in even ones and higher in odd ones.
@@ -93,7 +93,7 @@ def dress(
     Raises:
         BadInput: there is but one light, or no table that a fabric stands out from.
     """
-    chance = partial(random_stream, seed, "trial look", trial.garment, trial.number)
+    chance = partial(random_stream, seed, "trial look", trial.garment, trial.model.seed, trial.number)
     keys = sorted(wardrobe.clips)
     key = keys[int(chance("base").integers(len(keys)))]
     base = TypeAdapter(Appearance).validate_python(wardrobe.clips[key]["appearance"])

@@ -1,4 +1,4 @@
-"""What the trials of an image policy say: success in every shift, and what a shift changes, pair by pair."""
+"""What the trials of image policies say: success in every shift, and what a shift changes, pair by pair."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ from sim1.policy.image_trials.looks import SHIFTS
 from sim1.policy.tried import Tried, compare, count
 from sim1.stage import BadInput
 
-SCHEMA = "sim1.image_trials/2"  # of image_trials.json
+SCHEMA = "sim1.image_trials/3"  # of image_trials.json
 IN_DOMAIN = "in-domain"
 
 

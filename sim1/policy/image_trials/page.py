@@ -53,8 +53,8 @@ def result_section(heading: str, artifact: Path, tried: Sequence[ShiftTried], ab
         heading=heading,
         paragraphs=[
             f"{about['title']} (lerobot's “{about['type']}”, size {about['size']}), after {about['steps']} steps on generated trajectories of which there were "
-            f"{about['train_count']}, drives in the {' and the '.join(about['worlds']) or 'closed loop: no trial was run'}; garments: {', '.join(about['garments']) or 'none'}.",
-            "Success in percent with intervals and counts. Change: against the trials of the same number in-domain, which meet the same placement "
+            f"{about['train_count']}, drives ({_networks(about)}) in the {' and the '.join(about['worlds']) or 'closed loop: no trial was run'}; garments: {', '.join(about['garments']) or 'none'}.",
+            "Success in percent with intervals and counts. Change: against the trials of the same network and number in-domain, which meet the same placement "
             "(spatial: the same direction, further away) and the same look but for what is changed; percentage points with Newcombe's 95 % interval for "
             "pairs. Average: here over all trials that were run; those from one placement hang together there.",
             *([said_of_intervals({about["title"]: every.network_count})] if every else []),
@@ -66,6 +66,11 @@ def result_section(heading: str, artifact: Path, tried: Sequence[ShiftTried], ab
         ],
         pictures=[Picture(path=picture)] if picture.exists() else [],
     )
+
+
+def _networks(about: Mapping[str, Any]) -> str:
+    count = len(about["network_seeds"])
+    return "one network" if count == 1 else f"{count} networks"
 
 
 def strip_section(artifact: Path, heading: str = "Film strips") -> Section:
@@ -94,7 +99,7 @@ def _changes(about: Mapping[str, Any]) -> list[str]:
     return [
         f"The garment is laid down within {1e3 * about['laid_m']:.0f} mm of where it was demonstrated; spatial: moved by up to {1e3 * about['shift_m']:.0f} mm "
         f"and turned by up to {np.degrees(about['turn_rad']):.0f} degrees. Placements are those that state policies of the same network seed meet in stage policy.",
-        "A trial's look is that of a training clip, drawn by its number, the same in all shifts. Lighting: lamps and sky of a light of another name. Viewpoint: the head "
+        "A trial's look is that of a training clip, drawn by network and number, the same in all shifts. Lighting: lamps and sky of a light of another name. Viewpoint: the head "
         f"camera turned about the table's middle to {about['viewpoint_deg']:g}° of elevation beyond all that training has seen, down in even trials and up in odd ones. "
         f"Texture: another fabric and table, and friction of all contacts taken times {factors} in turn, as the paper's texture shift changes friction too. What is new comes "
         "from the distribution that training looks come from; noise of the pictures is the same in all shifts.",
@@ -108,7 +113,7 @@ def _method(about: Mapping[str, Any]) -> list[str]:
     )
     driving, pictures = about["driving"], "; ".join(_rendered(*item) for item in about["pictures"].items())
     return [
-        f"Trials for each garment and shift: {about['each']}; shifts: {', '.join(about['shifts'])}. Network seed {about['network_seed']}, on {about['device']}. "
+        f"Trials for each garment, network and shift: {about['each']}; shifts: {', '.join(about['shifts'])}. Network seeds: {', '.join(map(str, about['network_seeds']))}, on {about['device']}. "
         f"The policy plans {driving['rate_hz'] / driving['replan_frames']:g} times a second: it is given the state and the pictures of that moment and predicts {about['chunk_frames']} commands "
         f"at {driving['rate_hz']} Hz; chunks that speak of the same frame are averaged, weights exp(−{driving['decay']:g} × age in chunks). A trial lasts {about['time_factor']:g} times the "
         f"longest trajectory of its garment: {times or 'none'}; it is judged at its end.",

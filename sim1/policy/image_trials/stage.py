@@ -1,4 +1,4 @@
-"""Stage `image_trials`: the image policy drives, and sees pictures that are rendered of the cell as it is."""
+"""Stage `image_trials`: the image policies drive, and see pictures that are rendered of the cell as it is."""
 
 import math
 from pathlib import Path
@@ -19,7 +19,7 @@ class ImageTrialsConfig:
     seed: int = (
         0  # of placements and looks; with the seed of stage `policy`, networks of one seed meet the same placements
     )
-    trial_count: int = Field(2, ge=0)  # per garment and shift
+    trial_count: int = Field(2, ge=0)  # per garment, network and shift
     shifts: Annotated[tuple[ImageShift, ...], AfterValidator(distinct)] = (
         "in-domain",
         "spatial",
@@ -45,7 +45,7 @@ class ImageTrialsConfig:
 
 
 def image_trials(inputs: Inputs, out: Path, config: ImageTrialsConfig) -> Facts:
-    """Let the image policy drive in every shift, with pictures rendered as the dataset's were, and count what it folds.
+    """Let the image policy's networks drive in every shift, with pictures rendered as the dataset's were, and count what they fold.
 
     Trials that `out` already holds of an interrupted run are kept.
 
