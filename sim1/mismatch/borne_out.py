@@ -5,12 +5,12 @@ from sim1.mismatch.decide import (
     adds_enough,
     best_of,
     contenders_of,
+    is_worthy,
     rating,
     said_of,
     steady,
     told_by,
     unchanged,
-    worth_over,
     worthy_of,
 )
 from sim1.mismatch.models import Model
@@ -78,7 +78,7 @@ def borne_out(
         said = against[best.terms] - against[part.terms]
         if set(part.terms) < set(best.terms) and not adds_enough(null, part, telling, thresholds, said=said):
             best = telling = part
-    kept = worth_over(null, best, thresholds, max(against[best.terms], 0.0)) >= thresholds.asked(best.terms)
+    kept = is_worthy(null, best, thresholds, thresholds.asked(best.terms), max(against[best.terms], 0.0))
     if not kept or not steady(null, best, thresholds, measured):
         return unchanged("unknown", null)
     return decision if best is decision.chosen else _said_again(null, best, pool, thresholds, measured)

@@ -72,16 +72,9 @@ def adds_enough(
 
 
 def exceeds(pool: list[Model], thresholds: Thresholds) -> bool:
-    """Whether the baseline leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too.
-
-    What is missing pushes a little like something that is known. A motion in which two simulators part, as a sheet that is nearly
-    chaotic does, is no more like one effect than like another: an excess with which nothing gains counts where it is gross.
-    """
-    null = null_of(pool)
-    stirred = gain_of(pool, best_of(pool, thresholds), thresholds) >= thresholds.stirred
-    times = 1.0 if stirred else thresholds.gross
-    found = (mean_square(null.fit), thresholds.misfit), (worst(null.fit), thresholds.misfit_alone)
-    return any(square - 1.0 >= times * (limit - 1.0) for square, limit in found)
+    """Whether the baseline leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too."""
+    null = null_of(pool).fit
+    return mean_square(null) >= thresholds.misfit or worst(null) >= thresholds.misfit_alone
 
 
 def stands_out(pool: list[Model], thresholds: Thresholds) -> bool:
@@ -89,14 +82,18 @@ def stands_out(pool: list[Model], thresholds: Thresholds) -> bool:
 
     What pushes otherwise than any effect of the table makes several of them gain, each now more, now less of itself.
     """
-    most = gain_of(pool, best_of(pool, thresholds), thresholds)
-    return most >= (thresholds.gain_table if on_table(null_of(pool).fit) else thresholds.gain)
+    return gain_of(pool, best_of(pool, thresholds), thresholds) >= _by_chance(null_of(pool), thresholds)
+
+
+def _by_chance(null: Model, thresholds: Thresholds) -> float:
+    """What no model gains where nothing is missing, however often it counts an error, nats."""
+    return thresholds.gain_table if on_table(null.fit) else thresholds.gain
 
 
 def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] = frozenset()) -> Decision:
     """What a pool of models, the baseline among them, says.
 
-    Effects that the recordings show without any model of the cloth, `measured`, need not explain half of what is missing: that they
+    Effects that the recordings show without any model of the cloth, `measured`, need not explain what is missing: that they
     are there is known, however much else is.
     """
     null = null_of(pool)
@@ -107,7 +104,7 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     standing = [model for model in worthy if steady(null, model, thresholds, measured)]
     best = _leader(pool, standing, thresholds)
     if best is None:  # something gains, and nothing that is there beyond doubt
-        return unchanged("unknown", null)
+        return unchanged("unknown" if missing else "none", null)
     return said_of(null, best, contenders_of(pool, best, thresholds, measured), thresholds, measured)
 
 
@@ -115,8 +112,17 @@ def worthy_of(pool: list[Model], thresholds: Thresholds) -> list[Model]:
     """The models that are worth a name."""
     null = null_of(pool)
     return [
-        model for model in pool if model.terms and worth_over(null, model, thresholds) >= thresholds.asked(model.terms)
+        model for model in pool if model.terms and is_worthy(null, model, thresholds, thresholds.asked(model.terms))
     ]
+
+
+def is_worthy(null: Model, model: Model, thresholds: Thresholds, asked: float, said: float = 0.0) -> bool:
+    """Whether a model is worth what is asked, or gains what none does by chance; `said`: nats of motion held out against it.
+
+    A strong effect that shows for a second or two counts what the simulator gets wrong there as often as it has evidence.
+    """
+    gain = rating(null, thresholds) - rating(model, thresholds) - said
+    return worth_over(null, model, thresholds, said) >= asked or gain >= max(asked, _by_chance(null, thresholds))
 
 
 def contenders_of(pool: list[Model], best: Model, thresholds: Thresholds, measured: frozenset[str]) -> list[Model]:
@@ -131,7 +137,7 @@ def contenders_of(pool: list[Model], best: Model, thresholds: Thresholds, measur
         if one.terms
         and (
             rating(one, thresholds) < lead
-            or (worth_over(null, one, thresholds) >= thresholds.named and steady(null, one, thresholds, measured))
+            or (is_worthy(null, one, thresholds, thresholds.named) and steady(null, one, thresholds, measured))
         )
     ]
 

@@ -34,11 +34,24 @@ def _gross(null: Fit, name: str) -> float:
 
 
 def explained(null: Fit, model: Fit, thresholds: Thresholds) -> float:
-    """Share of the excess over noise and mesh that a model explains, by recording, weighed by what it gains in each.
+    """Share of the excess over noise and mesh that a model explains: by recording, weighed by what it gains in each, or of all, if that is more.
 
     What is wrong where it does nothing, wrinkles say, is no witness against it; fitting better what had no excess, none for it. What it
     gains because the baseline had to leave its priors to imitate it is explained.
     """
+    return max(_where_it_gains(null, model, thresholds), _of_all(null, model))
+
+
+def _of_all(null: Fit, model: Fit) -> float:
+    """Share of what all recordings together leave above 1; 0 where none leaves anything."""
+    before, after = (
+        sum(max(mean_square(fit, (name,), _gross(null, name)) - 1.0, 0.0) for name in null.names)
+        for fit in (null, model)
+    )
+    return 1.0 - after / before if before > 0.0 else 0.0
+
+
+def _where_it_gains(null: Fit, model: Fit, thresholds: Thresholds) -> float:
     gains, shares = _gains(null, model), []
     for name in model.names:
         gross = _gross(null, name)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_pool import fitted, pool_of
 
-from sim1.mismatch.decide import decide, gain_of
+from sim1.mismatch.decide import decide
 from sim1.mismatch.excess import mean_square
 from sim1.mismatch.findings import admitted, probabilities, sentence
 from sim1.mismatch.thresholds import THRESHOLDS
@@ -48,7 +48,7 @@ def test_a_name_that_fits_worse_than_what_counts_errors_often_is_ambiguous(unkno
     """Case 24 of the campaign: anisotropy gains 214 nats and counts errors 14 times, stiffening threads 70 and 3 times."""
     pool = pool_of(unknowns, {("anisotropic_stretch",): 214.0, ("strain_stiffening",): 70.0})
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 14.0 if fit is pool[1].fit else 3.0)
-    found = decide(pool, replace(THRESHOLDS, named=20.0))
+    found = decide(pool, replace(WORTH_ALONE, named=20.0))
     assert (found.verdict, found.chosen.terms) == ("ambiguous", ("strain_stiffening",))
     assert [one.terms for one in found.rivals] == [("anisotropic_stretch",)]
 
@@ -69,28 +69,15 @@ def test_what_the_formula_of_a_strong_effect_leaves_is_no_second_effect(unknowns
     assert verdict(unknowns, {first: 2000.0, pair: 2000.0 + 127.0}, thresholds=cheap) == ("named", pair)
 
 
-@pytest.mark.parametrize("gain", [1.2, 0.8])
-def test_an_excess_over_noise_counts_where_something_gains_a_little_with_it_or_where_it_is_gross(unknowns, gain):
-    """A sheet that is nearly chaotic leaves an excess that is no more like one effect than like another."""
-    gains = {("heavy_region",): gain * THRESHOLDS.stirred}
-    least, most = THRESHOLDS.misfit, 1.0 + THRESHOLDS.gross * (THRESHOLDS.misfit - 1.0)
-    little, much = 0.5 * (least + most), 1.1 * most
-    assert verdict(unknowns, gains, {(): little}) == ("unknown" if gain > 1.0 else "none", ())
-    assert verdict(unknowns, gains, {(): much}) == ("unknown", ())
-    assert verdict(unknowns, gains, {(): 0.9 * THRESHOLDS.misfit}) == ("none", ())
-
-
-def test_what_pushes_in_one_recording_alone_is_missing_too(unknowns):
-    """A magnet beside which the sheet swings once."""
+def test_an_excess_over_noise_is_something_missing_in_all_recordings_or_in_one(unknowns):
+    """Whether anything gains with it or nothing; a magnet beside which the sheet swings once."""
     quiet = {f"quiet_{k}": 0.8 for k in range(4)}
-    for pushed, said in ((0.9 * THRESHOLDS.misfit_alone, "none"), (1.1 * THRESHOLDS.misfit_alone, "unknown")):
-        null, model = pool_of(unknowns, {("heavy_region",): 0.0})
-        null = replace(null, fit=fitted(unknowns, pushed=pushed, **quiet))
-        better = replace(null.fit, temper=dict.fromkeys(null.fit.names, 1.03))
-        pool = [null, replace(model, fit=better)]
+    for share, said in ((0.9, "none"), (1.1, "unknown")):
+        assert verdict(unknowns, {}, {(): share * THRESHOLDS.misfit}) == (said, ())
+        null = pool_of(unknowns, {})[0]
+        null = replace(null, fit=fitted(unknowns, pushed=share * THRESHOLDS.misfit_alone, **quiet))
         assert mean_square(null.fit) < THRESHOLDS.misfit
-        assert THRESHOLDS.stirred < gain_of(pool, pool[1], THRESHOLDS) < THRESHOLDS.gain
-        assert decide(pool, THRESHOLDS).verdict == said
+        assert decide([null], THRESHOLDS).verdict == said
 
 
 def test_where_nothing_is_missing_an_excess_is_told_nevertheless(unknowns):
@@ -129,7 +116,7 @@ def test_what_was_measured_without_a_model_is_named_however_much_else_is_missing
     """Markers a third of a second late, over a net that creeps: the delay is known, and most of what is left has no name."""
     pair = ("clock_offset", "wind")
     gains = {pair: 950.0, ("clock_offset",): 850.0, ("actuator_lag",): 700.0, ("wind",): 900.0}
-    misfits = {(): 9.0, pair: 5.8, ("clock_offset",): 6.0, ("actuator_lag",): 6.2, ("wind",): 6.1}
+    misfits = {(): 9.0, pair: 6.2, ("clock_offset",): 6.4, ("actuator_lag",): 6.6, ("wind",): 6.5}
     pool = pool_of(unknowns, gains, misfits)
     assert decide(pool, THRESHOLDS).verdict == "unknown"
     found = decide(pool, THRESHOLDS, frozenset({"clock_offset", "actuator_lag"}))
@@ -152,14 +139,33 @@ def test_two_that_gain_a_little_each_are_no_name_together(unknowns):
     assert (found.verdict, found.chosen.terms) == ("none", ())
 
 
-def test_what_gains_more_than_nothing_missing_ever_does_is_no_nothing(unknowns, monkeypatch):
-    """A jet of air makes a stream gain, now more of it, now less: no name, and something is there."""
+@pytest.fixture
+def now_more_now_less(monkeypatch):
+    """What a model gains counts an error 30 times, and differs from second to second."""
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 30.0)
+    monkeypatch.setattr("sim1.mismatch.decide.unsteadiness", lambda fit, base: 1.1 * THRESHOLDS.unsteady)
+
+
+def test_what_gains_more_than_nothing_missing_ever_does_is_no_nothing(unknowns, now_more_now_less):
+    """A jet of air makes a stream gain, now more of it, now less: no name, and something is there."""
     assert verdict(unknowns, {("wind",): 0.9 * THRESHOLDS.gain}) == ("none", ())
     assert verdict(unknowns, {("wind",): 1.1 * THRESHOLDS.gain}) == ("unknown", ())
     table = replace(unknowns, base=replace(unknowns.base, table_z_m=0.0))
     assert verdict(table, {("wind",): 0.9 * THRESHOLDS.gain_table}) == ("none", ())
     assert verdict(table, {("wind",): 1.1 * THRESHOLDS.gain_table}) == ("unknown", ())
+
+
+def test_a_steady_effect_that_gains_more_than_anything_does_by_chance_is_a_name_however_often_it_counts_an_error(
+    unknowns, monkeypatch
+):
+    """Case 35 of a campaign: threads that bend differently, 831 nats in a second in which the sheet crumples, worth 13."""
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 30.0)
+    monkeypatch.setattr("sim1.mismatch.decide.unsteadiness", lambda fit, base: 0.9 * THRESHOLDS.unsteady)
+    bent = ("anisotropic_bending",)
+    assert verdict(unknowns, {bent: 0.9 * THRESHOLDS.gain}) == ("none", ())
+    assert verdict(unknowns, {bent: 1.1 * THRESHOLDS.gain}) == ("named", bent)
+    misfits = {(): 3.0, bent: 2.5}  # and leaves most of what is missing
+    assert verdict(unknowns, {bent: 1.1 * THRESHOLDS.gain}, misfits) == ("unknown", ())
 
 
 def test_a_pair_gives_way_to_one_of_its_own_or_to_the_best_of_all_that_are_single(unknowns, monkeypatch):
@@ -173,12 +179,13 @@ def test_a_pair_gives_way_to_one_of_its_own_or_to_the_best_of_all_that_are_singl
     assert verdict(unknowns, {pair: 480.0, part: 200.0, other: 470.0}) == ("named", other)
 
 
-def test_an_effect_whose_strength_could_be_nothing_is_no_name_however_much_it_gains(unknowns, monkeypatch):
-    """A magnet makes a tilt gain, and each recording asks for another tilt."""
+def test_an_effect_whose_strength_could_be_nothing_is_no_name_and_nothing_is_missing_for_it(unknowns, monkeypatch):
+    """A magnet makes a tilt gain, and each recording asks for another tilt; so do errors of the simulator."""
     pool = pool_of(unknowns, {("gravity_tilt",): 1.7 * THRESHOLDS.named, ("wind",): 0.2 * THRESHOLDS.named})
     monkeypatch.setattr("sim1.mismatch.decide.established", lambda fit, level: fit is not pool[1].fit)
-    found = decide(pool, THRESHOLDS)
-    assert (found.verdict, found.chosen.terms) == ("unknown", ())
+    for thresholds, said in ((replace(THRESHOLDS, gain=1.6 * THRESHOLDS.named), "unknown"), (WORTH_ALONE, "none")):
+        found = decide(pool, thresholds)
+        assert (found.verdict, found.chosen.terms) == (said, ())
     pool = pool_of(unknowns, {("gravity_tilt",): 1.7 * THRESHOLDS.named, ("wind",): 1.1 * THRESHOLDS.named})
     monkeypatch.setattr("sim1.mismatch.decide.established", lambda fit, level: fit is not pool[1].fit)
     found = decide(pool, THRESHOLDS)
@@ -253,7 +260,7 @@ def test_what_is_simpler_and_does_not_stand_takes_no_name_away_unless_it_is_a_pa
     """Still air's drag imitates a stream almost as well, now more of it, now less."""
     pool = pool_of(unknowns, {("wind",): 330.0, ("air_drag",): 300.0})
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 20.0 if fit is pool[2].fit else 1.0)
-    assert decide(pool, THRESHOLDS).chosen.terms == ("wind",)
+    assert decide(pool, WORTH_ALONE).chosen.terms == ("wind",)
     pool = pool_of(unknowns, {("adhesion", "wind"): 330.0, ("wind",): 300.0})
     assert decide(pool, WORTH_ALONE).verdict == "none"
 

@@ -32,6 +32,16 @@ def test_what_is_left_counts_where_a_name_gains(unknowns):
     assert explained(null, tilt, THRESHOLDS) < THRESHOLDS.explained
 
 
+def test_what_explains_most_of_all_that_is_left_need_not_explain_half_of_it_where_it_gains_most(unknowns):
+    """A tilted frame: what it takes off three swings is most of the excess; in a fourth, where two simulators differ, it gains more."""
+    null = fitted(unknowns, one=1.5, two=1.5, three=1.5, crumpled=1.8)
+    tilt = fitted(unknowns, one=1.02, two=1.02, three=1.02, crumpled=1.5)
+    for fit, temper in ((null, 8.0), (tilt, 8.0)):
+        fit.temper.update(one=temper, two=temper, three=temper)  # which witness less
+    assert explained(null, tilt, THRESHOLDS) == pytest.approx(1 - 0.56 / 2.3)
+    assert left(null, tilt) > THRESHOLDS.left
+
+
 def test_what_a_baseline_had_to_leave_its_priors_for_is_explained(unknowns):
     """A baseline whose lengths are 20 deviations off fits a shrunk sheet as well as shrinkage does."""
     null = replace(fitted(unknowns, pulled=1.25), z=np.array([20.0, 12.0]))
