@@ -4,8 +4,8 @@ from sim1.mismatch.decide import (
     Decision,
     adds_enough,
     best_of,
+    beyond,
     contenders_of,
-    is_worthy,
     rating,
     said_of,
     steady,
@@ -78,8 +78,8 @@ def borne_out(
         said = against[best.terms] - against[part.terms]
         if set(part.terms) < set(best.terms) and not adds_enough(null, part, telling, thresholds, said=said):
             best = telling = part
-    kept = is_worthy(null, best, thresholds, thresholds.asked(best.terms), max(against[best.terms], 0.0))
-    if not kept or not steady(null, best, thresholds, measured):
+    kept = beyond(null, best, thresholds, thresholds.asked(best.terms), max(against[best.terms], 0.0))
+    if kept < 0.0 or not steady(null, best, thresholds, measured):
         return unchanged("unknown", null)
     return decision if best is decision.chosen else _said_again(null, best, pool, thresholds, measured)
 

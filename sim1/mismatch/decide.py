@@ -72,9 +72,16 @@ def adds_enough(
 
 
 def exceeds(pool: list[Model], thresholds: Thresholds) -> bool:
-    """Whether the baseline leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too."""
-    null = null_of(pool).fit
-    return mean_square(null) >= thresholds.misfit or worst(null) >= thresholds.misfit_alone
+    """Whether the baseline leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too.
+
+    What is missing pushes a little like something that is known. A motion in which two simulators part, as a sheet that is nearly
+    chaotic does, is no more like one effect than like another: an excess with which nothing gains counts where it is gross.
+    """
+    null = null_of(pool)
+    stirred = gain_of(pool, best_of(pool, thresholds), thresholds) >= thresholds.stirred
+    times = 1.0 if stirred else thresholds.gross
+    found = (mean_square(null.fit), thresholds.misfit), (worst(null.fit), thresholds.misfit_alone)
+    return any(square - 1.0 >= times * (limit - 1.0) for square, limit in found)
 
 
 def stands_out(pool: list[Model], thresholds: Thresholds) -> bool:
@@ -112,17 +119,21 @@ def worthy_of(pool: list[Model], thresholds: Thresholds) -> list[Model]:
     """The models that are worth a name."""
     null = null_of(pool)
     return [
-        model for model in pool if model.terms and is_worthy(null, model, thresholds, thresholds.asked(model.terms))
+        model for model in pool if model.terms and beyond(null, model, thresholds, thresholds.asked(model.terms)) >= 0.0
     ]
 
 
-def is_worthy(null: Model, model: Model, thresholds: Thresholds, asked: float, said: float = 0.0) -> bool:
-    """Whether a model is worth what is asked, or gains what none does by chance; `said`: nats of motion held out against it.
+def beyond(null: Model, model: Model, thresholds: Thresholds, asked: float, said: float = 0.0) -> float:
+    """Nats by which a model is worth more than is asked or, if that is more, gains more than any does by chance; below 0: it is no name.
 
-    A strong effect that shows for a second or two counts what the simulator gets wrong there as often as it has evidence.
+    A strong effect that shows for a second or two counts what the simulator gets wrong there as often as it has evidence. `said`: nats of
+    motion held out against it.
     """
     gain = rating(null, thresholds) - rating(model, thresholds) - said
-    return worth_over(null, model, thresholds, said) >= asked or gain >= max(asked, _by_chance(null, thresholds))
+    return max(
+        worth_over(null, model, thresholds, said) - asked,
+        gain - max(asked, _by_chance(null, thresholds)),
+    )
 
 
 def contenders_of(pool: list[Model], best: Model, thresholds: Thresholds, measured: frozenset[str]) -> list[Model]:
@@ -137,7 +148,7 @@ def contenders_of(pool: list[Model], best: Model, thresholds: Thresholds, measur
         if one.terms
         and (
             rating(one, thresholds) < lead
-            or (is_worthy(null, one, thresholds, thresholds.named) and steady(null, one, thresholds, measured))
+            or (beyond(null, one, thresholds, thresholds.named) >= 0.0 and steady(null, one, thresholds, measured))
         )
     ]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.physics import write_physics
-from sim1.mismatch.decide import rating, worth
+from sim1.mismatch.decide import beyond, null_of, rating, worth
 from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.excess import mean_square, on_table, worst
@@ -151,11 +151,9 @@ def probabilities(models: tuple[Model, ...], verdict: str, thresholds: Threshold
     Even odds with the baseline are where a name begins. Where the verdict is `unknown`, something that no model holds is as probable as all
     of them together.
     """
+    null = null_of(list(models))
     scores = np.array(
-        [
-            (thresholds.asked(model.terms) if model.terms else 0.0) - worth(list(models), model, thresholds)
-            for model in models
-        ]
+        [-beyond(null, model, thresholds, thresholds.asked(model.terms)) if model.terms else 0.0 for model in models]
     )
     weight = np.exp(-(scores - scores.min()) / EASED)
     weight /= weight.sum() * (2.0 if verdict == "unknown" else 1.0)

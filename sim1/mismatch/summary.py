@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/9`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/8`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/9"
+SCHEMA = "sim1.diagnosis/8"
 
 
 class Ranked(Strict):
@@ -70,13 +70,15 @@ class Prices(Strict):
     unsteady: float  # unless it differs by no larger a share of itself from second to second
     gain: float  # of any model, from which something is taken to be missing, where there is no table
     gain_table: float  # and where there is one
+    stirred: float  # of any model, without which
+    gross: float  # an excess over 1 has to be so many times as large
     nulls: int  # bundles with nothing missing that `named` rests on
 
 
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/9"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/8"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts

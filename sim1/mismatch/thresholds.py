@@ -56,6 +56,10 @@ class Thresholds:
     gain_table: float  # and where there is one
     # Of what the first gains that another must gain beside it: its formula may be off by a sixth.
     second_share: float = 0.03
+    # What is missing is a little like something that is known: where no model gains `stirred` nats, the excess over 1 of a mean squared
+    # residual has to be `gross` times as large as else.
+    stirred: float = 20.0
+    gross: float = 2.5
     doubtful: float = 0.4  # of what a second is asked for, from which motion held out is asked whether another is there
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_pool import fitted, pool_of
 
-from sim1.mismatch.decide import decide
+from sim1.mismatch.decide import decide, gain_of
 from sim1.mismatch.excess import mean_square
 from sim1.mismatch.findings import admitted, probabilities, sentence
 from sim1.mismatch.thresholds import THRESHOLDS
@@ -69,15 +69,28 @@ def test_what_the_formula_of_a_strong_effect_leaves_is_no_second_effect(unknowns
     assert verdict(unknowns, {first: 2000.0, pair: 2000.0 + 127.0}, thresholds=cheap) == ("named", pair)
 
 
-def test_an_excess_over_noise_is_something_missing_in_all_recordings_or_in_one(unknowns):
-    """Whether anything gains with it or nothing; a magnet beside which the sheet swings once."""
+@pytest.mark.parametrize("gain", [1.2, 0.8])
+def test_an_excess_over_noise_counts_where_something_gains_a_little_with_it_or_where_it_is_gross(unknowns, gain):
+    """A sheet that is nearly chaotic leaves an excess that is no more like one effect than like another."""
+    gains = {("heavy_region",): gain * THRESHOLDS.stirred}
+    least, most = THRESHOLDS.misfit, 1.0 + THRESHOLDS.gross * (THRESHOLDS.misfit - 1.0)
+    little, much = 0.5 * (least + most), 1.1 * most
+    assert verdict(unknowns, gains, {(): little}) == ("unknown" if gain > 1.0 else "none", ())
+    assert verdict(unknowns, gains, {(): much}) == ("unknown", ())
+    assert verdict(unknowns, gains, {(): 0.9 * THRESHOLDS.misfit}) == ("none", ())
+
+
+def test_what_pushes_in_one_recording_alone_is_missing_too(unknowns):
+    """A magnet beside which the sheet swings once."""
     quiet = {f"quiet_{k}": 0.8 for k in range(4)}
-    for share, said in ((0.9, "none"), (1.1, "unknown")):
-        assert verdict(unknowns, {}, {(): share * THRESHOLDS.misfit}) == (said, ())
-        null = pool_of(unknowns, {})[0]
-        null = replace(null, fit=fitted(unknowns, pushed=share * THRESHOLDS.misfit_alone, **quiet))
+    for pushed, said in ((0.9 * THRESHOLDS.misfit_alone, "none"), (1.1 * THRESHOLDS.misfit_alone, "unknown")):
+        null, model = pool_of(unknowns, {("heavy_region",): 0.0})
+        null = replace(null, fit=fitted(unknowns, pushed=pushed, **quiet))
+        better = replace(null.fit, temper=dict.fromkeys(null.fit.names, 1.03))
+        pool = [null, replace(model, fit=better)]
         assert mean_square(null.fit) < THRESHOLDS.misfit
-        assert decide([null], THRESHOLDS).verdict == said
+        assert THRESHOLDS.stirred < gain_of(pool, pool[1], THRESHOLDS) < THRESHOLDS.gain
+        assert decide(pool, THRESHOLDS).verdict == said
 
 
 def test_where_nothing_is_missing_an_excess_is_told_nevertheless(unknowns):
@@ -164,6 +177,8 @@ def test_a_steady_effect_that_gains_more_than_anything_does_by_chance_is_a_name_
     bent = ("anisotropic_bending",)
     assert verdict(unknowns, {bent: 0.9 * THRESHOLDS.gain}) == ("none", ())
     assert verdict(unknowns, {bent: 1.1 * THRESHOLDS.gain}) == ("named", bent)
+    pool = tuple(pool_of(unknowns, {bent: THRESHOLDS.gain + 100.0}))
+    assert probabilities(pool, "named", THRESHOLDS)["anisotropic_bending"] > 0.99
     misfits = {(): 3.0, bent: 2.5}  # and leaves most of what is missing
     assert verdict(unknowns, {bent: 1.1 * THRESHOLDS.gain}, misfits) == ("unknown", ())
 
