@@ -35,6 +35,11 @@ class Quota:
     run_limit: int  # ... up to this many that run
     try_limit: int  # and never more than this, run or not
 
+    @classmethod
+    def of(cls, series: str, count: int) -> "Quota":
+        """Just so many attempts, whatever becomes of them."""
+        return cls(series=series, run_count=count, target=0, counted="ran", run_limit=count, try_limit=count)
+
     def wants_more(self, rows: Sequence[Row]) -> bool:
         """Whether another attempt is to be made after the first ones, `rows`."""
         ran, counted = sum(row["ran"] for row in rows), sum(row[self.counted] for row in rows)

@@ -3,6 +3,10 @@
 import numpy as np
 import pandas as pd
 
+from sim1.statistics import Interval
+
+RESAMPLES, TAILS = 2000, (0.025, 0.975)
+
 
 def error_table(errors: pd.DataFrame, column: str = "joint_error_rad") -> np.ndarray:
     """Errors in a column by trajectory and network (t, s), of one kind of training, size and kind of test.
@@ -15,6 +19,14 @@ def error_table(errors: pd.DataFrame, column: str = "joint_error_rad") -> np.nda
         place, seed = table.isna().stack().idxmax()[:2], table.columns[table.isna().any()][0]
         raise ValueError(f"no error of the network of seed {seed} on {place}")
     return table.to_numpy()
+
+
+def interval_of(table: np.ndarray, rng: np.random.Generator) -> Interval | None:
+    """95 % interval of the mean of errors (t, s), in their unit; None: there is one trajectory."""
+    if len(table) == 1:
+        return None
+    means = means_of_resamples(table[None], RESAMPLES, rng)[0]
+    return Interval(*map(float, np.quantile(means, TAILS)))
 
 
 def means_of_resamples(tables: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:

@@ -8,15 +8,13 @@ import pandas as pd
 
 from sim1.clustered_share import Difference
 from sim1.policy import paper
-from sim1.policy.error_table import error_table, means_of_resamples
+from sim1.policy.error_table import RESAMPLES, TAILS, error_table, interval_of, means_of_resamples
 from sim1.policy.lessons import GENERATED, KINDS, REAL
 from sim1.policy.tried import Tried, compare, count
 from sim1.stage import random_stream
 from sim1.statistics import Interval
 
 MIN_SIZES = 3  # a curve with two parameters through fewer points would be a drawing
-RESAMPLES = 2000
-TAILS = (0.025, 0.975)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,12 +115,11 @@ def measure_over_real(trials: pd.DataFrame) -> dict[str, Difference]:
 
 def _error(errors: pd.DataFrame, tested_on: str, seed: int) -> Error:
     table, size = error_table(errors), int(errors["size"].iloc[0])
-    means = means_of_resamples(table[None], RESAMPLES, random_stream(seed, "scaling", size))[0]
     return Error(
         tested_on=tested_on,
         count=len(errors),
         joint_error_rad=float(table.mean()),
-        interval_rad=Interval(*map(float, np.quantile(means, TAILS))) if len(table) > 1 else None,
+        interval_rad=interval_of(table, random_stream(seed, "scaling", size)),
         hold_joint_error_rad=float(errors["hold_joint_error_rad"].mean()),
     )
 

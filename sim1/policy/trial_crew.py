@@ -120,10 +120,7 @@ def _going(root: Path) -> Path:
 
 def _quotas(trials: Sequence[Trial]) -> list[Quota]:
     """A series has all numbers from 0 on."""
-    return [
-        Quota(series=name, run_count=count, target=0, counted="success", run_limit=count, try_limit=count)
-        for name, count in Counter(trial.series for trial in trials).items()
-    ]
+    return [Quota.of(name, count) for name, count in Counter(trial.series for trial in trials).items()]
 
 
 def _name(row: Row) -> str:

@@ -5,11 +5,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import yaml
 from PIL import Image
 from towel_cell import episode, write_inputs
 
 from sim1.dataset.stage import DatasetConfig, dataset
 from sim1.episode import write_episode
+from sim1.policy.image.policy_file import SCHEMA
 from sim1.render.job import Job
 from sim1.render.stage import RenderConfig, rendered_episodes
 from sim1.stage import Inputs
@@ -24,6 +26,10 @@ SOURCES = {
     "0004": "0000",
 }  # trajectory -> demonstration
 HELD_OUT = "0003"  # the only one of its demonstration
+MITE = {
+    "pretrained_backbone_weights": None, "dim_model": 16, "n_heads": 2, "dim_feedforward": 16, "n_encoder_layers": 1,
+    "use_vae": False,
+}  # fmt: skip
 RENDER = RenderConfig(width=32, height=24, samples=1, rate_hz=10, variants=2, device="cpu")
 
 
@@ -50,6 +56,14 @@ class Painter:
             path.parent.mkdir(parents=True, exist_ok=True)
             Image.fromarray(image.clip(0, 255).astype(np.uint8)).save(path)
             self.painted += 1
+
+
+def write_mite(folder: Path) -> Inputs:
+    """The input `policies`: a very small one, `mite`."""
+    folder.mkdir()
+    text = {"schema": SCHEMA, "title": "A very small ACT", "type": "act", "settings": MITE}
+    (folder / "mite.yaml").write_text(yaml.safe_dump(text))
+    return {"policies": {"": folder}}
 
 
 def write_world(folder: Path, *, sources: dict[str, str] = SOURCES, frame_count: int = 25) -> Inputs:

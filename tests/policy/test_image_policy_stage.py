@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from painted_world import HELD_OUT, Painter, write_world
+from painted_world import HELD_OUT, MITE, Painter, write_mite, write_world
 from safetensors.torch import load_file, save_file
 
 from sim1.policy.image.clips import split_clips
@@ -26,10 +26,6 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # of torch and torchvision, n
 CONFIG = ImagePolicyConfig(
     policy="mite", steps=4, batch=4, chunk_s=0.5, device="cpu", shifted_trajectories=3, checkpoint_s=0.0
 )
-MITE = {
-    "pretrained_backbone_weights": None, "dim_model": 16, "n_heads": 2, "dim_feedforward": 16, "n_encoder_layers": 1,
-    "use_vae": False,
-}  # fmt: skip
 
 
 @dataclass
@@ -48,11 +44,7 @@ def world(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sim1.render.blender.run_blender", painter)
         patch.setattr("sim1.policy.image.views.run_blender", painter)
-        inputs = write_world(folder)
-        (folder / "policies").mkdir()
-        text = yaml.safe_dump({"schema": SCHEMA, "title": "A very small ACT", "type": "act", "settings": MITE})
-        (folder / "policies" / "mite.yaml").write_text(text)
-        yield World({**inputs, "policies": {"": folder / "policies"}}, painter)
+        yield World({**write_world(folder), **write_mite(folder / "policies")}, painter)
 
 
 @pytest.fixture(scope="module")

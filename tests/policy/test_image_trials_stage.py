@@ -11,15 +11,13 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-import yaml
 from made_up_cell import ObedientCell, failed, start
-from painted_world import HELD_OUT, Painter, write_world
+from painted_world import HELD_OUT, Painter, write_mite, write_world
 
 import sim1.policy.image_trials.crew
 from sim1.film_strip import write_strip
 from sim1.policy import paper
 from sim1.policy.image.build import load
-from sim1.policy.image.policy_file import SCHEMA
 from sim1.policy.image.stage import ImagePolicyConfig, image_policy
 from sim1.policy.image_trials.looks import SHIFTS
 from sim1.policy.image_trials.measures import read_result
@@ -32,10 +30,6 @@ from sim1.stage import BadInput
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # of torch and torchvision, not of this project
 CONFIG = ImageTrialsConfig(trial_count=2, processes=1, device="cpu")
-MITE = {
-    "pretrained_backbone_weights": None, "dim_model": 16, "n_heads": 2, "dim_feedforward": 16, "n_encoder_layers": 1,
-    "use_vae": False,
-}  # fmt: skip
 
 
 class PaintedCamera:
@@ -76,14 +70,11 @@ def inputs(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sim1.render.blender.run_blender", Painter())
         made = write_world(folder)
-    (folder / "policies").mkdir()
-    text = yaml.safe_dump({"schema": SCHEMA, "title": "A very small ACT", "type": "act", "settings": MITE})
-    (folder / "policies" / "mite.yaml").write_text(text)
     (folder / "policy").mkdir()
     learning = ImagePolicyConfig(
         policy="mite", seeds=(3, 5), steps=1, batch=2, chunk_s=0.5, device="cpu", processes=1, shifted_trajectories=0
     )
-    image_policy({**made, "policies": {"": folder / "policies"}}, folder / "policy", learning)
+    image_policy({**made, **write_mite(folder / "policies")}, folder / "policy", learning)
     return {**made, "image_policy": {"": folder / "policy"}}
 
 

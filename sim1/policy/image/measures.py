@@ -10,7 +10,7 @@ import pydantic
 
 from sim1.data_file import explained
 from sim1.policy.counting import read_figures
-from sim1.policy.error_table import error_table, means_of_resamples
+from sim1.policy.error_table import error_table, interval_of
 from sim1.policy.image.shifts import IN_DOMAIN, TITLES
 from sim1.stage import BadInput, random_stream
 from sim1.statistics import Interval
@@ -18,7 +18,6 @@ from sim1.statistics import Interval
 SCHEMA = "sim1.image_policy_result/3"  # of image_policy.json
 DATASET, BLANK = "dataset", "no_picture"
 ERRORS = ("joint_error_rad", "openness_error")  # columns
-RESAMPLES, TAILS = 2000, (0.025, 0.975)
 ALL_TITLES = {DATASET: "as in the dataset", **TITLES, BLANK: "no picture, its mean colour"}
 
 
@@ -94,10 +93,7 @@ def _point(name: str, clip_count: int, tables: Mapping[str, pd.DataFrame], seed:
 
 def _mean(table: np.ndarray, seed: int, *names: str) -> Mean:
     """Of errors (t, s) by trajectory and network."""
-    if len(table) == 1:
-        return Mean(value=float(table.mean()), interval=None)
-    means = means_of_resamples(table[None], RESAMPLES, random_stream(seed, "image", *names))[0]
-    return Mean(value=float(table.mean()), interval=Interval(*map(float, np.quantile(means, TAILS))))
+    return Mean(value=float(table.mean()), interval=interval_of(table, random_stream(seed, "image", *names)))
 
 
 def of_pictures(points: Sequence[Point], name: str) -> Point | None:

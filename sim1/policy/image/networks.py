@@ -6,7 +6,6 @@ episodes/NNNN/     what became of it: policy/, losses.parquet, errors.parquet; w
 
 import functools
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -92,7 +91,6 @@ def make_networks(course: Course, root: Path, processes: int) -> tuple[pd.DataFr
         CrewDied: processes died; what is made stays.
     """
     count = len(course.seeds)
-    quota = Quota(series="", run_count=count, target=0, counted="ran", run_limit=count, try_limit=count)
     tickets = [Ticket(series="", number=place) for place in range(count)]
 
     def tell(rows: dict[str, Row]) -> None:
@@ -103,7 +101,7 @@ def make_networks(course: Course, root: Path, processes: int) -> tuple[pd.DataFr
     (root / "states").mkdir(exist_ok=True)
     alone = processes == 1  # then the network that is trained tells of itself
     teacher = functools.partial(Teacher, course=course, root=root)
-    labour_together(root, [quota], teacher, processes, (lambda rows: None) if alone else tell)
+    labour_together(root, [Quota.of("", count)], teacher, processes, (lambda rows: None) if alone else tell)
     finished(root)
     report(1.0, 1.0, "networks trained and tried")
     losses, errors = (
@@ -132,6 +130,7 @@ def _note(path: Path, done: float, total: float, what: str) -> None:
 
 
 def _noted(path: Path) -> float:
-    with suppress(OSError):
+    try:
         return float(path.read_text())
-    return 0.0
+    except FileNotFoundError:  # nobody has begun
+        return 0.0
