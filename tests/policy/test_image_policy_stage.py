@@ -118,6 +118,9 @@ def test_networks_of_several_seeds_differ_and_are_the_same_whoever_makes_them(wo
     assert about["points"][0]["joint_rad"]["value"] == pytest.approx(plain.mean())
     assert about["points"][0]["clip_count"] == 2
 
+    shutil.copytree(tmp_path / "one" / "policies" / "0", tmp_path / "one" / "policies" / "7", dirs_exist_ok=True)
+    assert failed(check_image_policy(tmp_path / "one")) == ["networks_differ"]
+
 
 def test_the_network_of_a_seed_is_the_same_whichever_others_there_are(world, made, tmp_path):
     world.make(tmp_path / "out", replace(CONFIG, seeds=(7, 0), processes=1, shifted_trajectories=0))

@@ -4,6 +4,7 @@ import pandas as pd
 import pytest
 
 from sim1.policy.image_trials.measures import by_shift, measure, of_all
+from sim1.policy.image_trials.page import result_section
 from sim1.statistics import wilson_interval
 
 
@@ -66,3 +67,19 @@ def test_several_garments_are_counted_together_and_each_by_itself():
     ]
     assert by_shift(tried) == tried[:1]
     assert of_all(tried) == tried[-1]
+
+
+@pytest.mark.parametrize(("networks", "alone"), [(1, True), (3, False)])
+def test_the_page_says_of_one_network_what_its_intervals_do_not_hold(tmp_path, networks, alone):
+    rows = [
+        {**row("towel", "in-domain", number, number < 2), "seed": seed}
+        for seed in range(networks)
+        for number in range(3)
+    ]
+    about = {
+        "title": "A very small ACT", "type": "act", "size": "tiny", "steps": 1, "train_count": 4, "worlds": ["stand-in reality"],
+        "garments": ["towel"], "network_seeds": list(range(networks)),
+    }  # fmt: skip
+    said = " ".join(result_section("Result", tmp_path, measure(pd.DataFrame(rows)), about).paragraphs)
+    assert f"drives ({'one network' if alone else '3 networks'}) in the stand-in reality" in said
+    assert ("One network alone drove everywhere here; such an interval is that of its trials" in said) is alone
