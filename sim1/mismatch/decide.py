@@ -63,37 +63,39 @@ def adds_enough(
 ) -> bool:
     """Whether a model adds to another what one effect more is asked for, or a `share` of it; `said`: nats of motion held out against it.
 
-    A strong effect whose formula is a little off leaves a part of what it gains to whatever imitates the difference.
+    A strong effect whose formula is a little off leaves a part of what it gains to whatever imitates the difference. How large a part is a
+    matter of what fits gain: motion held out that speaks for the addition is added to that; what it says against is subtracted from what
+    the addition is worth, as it may be that the rest of the model, fitted again beside it, foretells another motion worse.
     """
-    gain = rating(less, thresholds) - rating(more, thresholds) - said
+    gain = rating(less, thresholds) - rating(more, thresholds) - min(said, 0.0)
     first = rating(null, thresholds) - rating(less, thresholds)
     worthy = worth_over(less, more, thresholds, said) >= share * thresholds.asked_beside(less.terms, more.terms)
     return worthy and gain >= share * thresholds.second_share * first
 
 
 def exceeds(pool: list[Model], thresholds: Thresholds) -> bool:
-    """Whether the baseline leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too.
-
-    What is missing pushes a little like something that is known. A motion in which two simulators part, as a sheet that is nearly
-    chaotic does, is no more like one effect than like another: an excess with which nothing gains counts where it is gross.
-    """
+    """Whether the baseline leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too."""
     null = null_of(pool)
-    stirred = gain_of(pool, best_of(pool, thresholds), thresholds) >= thresholds.stirred
-    times = 1.0 if stirred else thresholds.gross
-    found = (mean_square(null.fit), thresholds.misfit), (worst(null.fit), thresholds.misfit_alone)
-    return any(square - 1.0 >= times * (limit - 1.0) for square, limit in found)
+    return mean_square(null.fit) >= thresholds.misfit or worst(null.fit) >= thresholds.misfit_alone
 
 
 def stands_out(pool: list[Model], thresholds: Thresholds) -> bool:
     """Whether some model gains more than any does where nothing is missing, however often it counts one error.
 
-    What pushes otherwise than any effect of the table makes several of them gain, each now more, now less of itself.
+    What pushes otherwise than any effect of the table makes several of them gain, each now more, now less of itself. A model of which
+    recordings do not agree that it is there has fitted one of them: what the simulator gets wrong there, as a rule.
     """
-    return gain_of(pool, best_of(pool, thresholds), thresholds) >= _by_chance(null_of(pool), thresholds)
+    null = null_of(pool)
+    gains = [
+        gain_of(pool, model, thresholds)
+        for model in pool
+        if model.terms and established(model.fit, thresholds.significance)
+    ]
+    return max(gains, default=0.0) >= _by_chance(null, thresholds)
 
 
 def _by_chance(null: Model, thresholds: Thresholds) -> float:
-    """What no model gains where nothing is missing, however often it counts an error, nats."""
+    """What no model that is established gains where nothing is missing, however often it counts an error, nats."""
     return thresholds.gain_table if on_table(null.fit) else thresholds.gain
 
 

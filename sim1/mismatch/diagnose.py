@@ -41,6 +41,7 @@ class Diagnosis:
     baseline: Model
     models: tuple[Model, ...]  # every model that was fitted, best first, the baseline among them
     chosen: Model
+    measured: frozenset[str]  # effects that the recordings show without any model of the cloth
     screened: tuple[Candidate, ...]  # beside the baseline: every effect that the recordings could show
     lost: tuple[Candidate, ...]  # effects that promised something and that no simulation followed
     stopped: bool  # before all was tried
@@ -127,6 +128,7 @@ def _diagnose(
         baseline=decision.null,
         models=tuple(sorted(found.pool, key=lambda model: rating(model, thresholds))),
         chosen=decision.chosen,
+        measured=delays,
         screened=found.screened,
         lost=found.lost,
         stopped=stopped,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.physics import write_physics
-from sim1.mismatch.decide import beyond, null_of, rating, worth
+from sim1.mismatch.decide import beyond, null_of, rating, steady, worth
 from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.excess import mean_square, on_table, worst
@@ -256,6 +256,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
                     "worth": worth([found.baseline], model, thresholds),
                     "unsteadiness": unsteadiness(model.fit, found.baseline.fit),
                     "established": established(model.fit, thresholds.significance),
+                    "steady": steady(found.baseline, model, thresholds, found.measured),
                     "misfit": mean_square(model.fit),
                 }
                 for model in found.models[:10]

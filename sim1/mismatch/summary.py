@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/8`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/9`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/8"
+SCHEMA = "sim1.diagnosis/9"
 
 
 class Ranked(Strict):
@@ -18,6 +18,7 @@ class Ranked(Strict):
     worth: float  # of that, where evidence that counts the same error again and again counts it once
     unsteadiness: float  # by what share of itself it differs from second to second
     established: bool  # whether, by recordings that disagree, its effects' strengths are not nothing
+    steady: bool  # whether that is so and it is asked for alike, from second to second: else it is no name, whatever it is worth
     misfit: float  # mean squared residual in units of noise and mesh error
 
 
@@ -68,17 +69,15 @@ class Prices(Strict):
     misfit_alone: float  # mean squared residual of one recording from which something is taken to be missing
     steady: float  # times that a named effect's evidence may count the same error of the simulator,
     unsteady: float  # unless it differs by no larger a share of itself from second to second
-    gain: float  # of any model, from which something is taken to be missing, where there is no table
+    gain: float  # of an established model, from which something is taken to be missing, where there is no table
     gain_table: float  # and where there is one
-    stirred: float  # of any model, without which
-    gross: float  # an excess over 1 has to be so many times as large
     nulls: int  # bundles with nothing missing that `named` rests on
 
 
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/8"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/9"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts

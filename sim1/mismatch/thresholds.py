@@ -7,7 +7,7 @@ from sim1.cloth.effects import EFFECTS
 from sim1.data_file import read_data_file
 from sim1.stage import stage_config
 
-SCHEMA = "sim1.thresholds/5"
+SCHEMA = "sim1.thresholds/6"
 FILE = Path(__file__).with_name("thresholds.yaml")
 
 
@@ -16,12 +16,14 @@ class Null:
     """A bundle in which nothing was missing."""
 
     seed: int  # of the laboratory
-    worth: float  # nats of the best single effect over the baseline (`decide.worth`), of those that act on the whole sheet or its rig
+    worth: float  # nats of the best single effect that stands (`decide.worth`), of those that act on the whole sheet or its rig
     worth_place: float  # the same of those at a place that is searched
-    worth_table: float  # and of those through the table; each 0 where none promised anything
+    worth_table: (
+        float  # and of those through the table; each 0 where none promised anything and is steady and established
+    )
     misfit: float  # mean squared residual of the baseline, in units of its variance
     misfit_alone: float  # the same of the recording with the largest
-    gain: float  # nats that the best model of all gains over the baseline, however often it counts an error
+    gain: float  # nats that the best established model gains over the baseline, however often it counts an error
     table: bool  # whether cloth could lie on one
 
 
@@ -56,10 +58,6 @@ class Thresholds:
     gain_table: float  # and where there is one
     # Of what the first gains that another must gain beside it: its formula may be off by a sixth.
     second_share: float = 0.03
-    # What is missing is a little like something that is known: where no model gains `stirred` nats, the excess over 1 of a mean squared
-    # residual has to be `gross` times as large as else.
-    stirred: float = 20.0
-    gross: float = 2.5
     doubtful: float = 0.4  # of what a second is asked for, from which motion held out is asked whether another is there
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain

@@ -24,24 +24,32 @@ STRANGE = 0.1  # share of cases that may be of another kind than most
 
 
 def calibrated(outcomes: Sequence[Outcome]) -> Measured:
-    """What the best of all effects is worth and a baseline leaves by chance but for `LEVEL` of the bundles.
+    """What the best of all effects that stand is worth and a baseline leaves by chance but for `LEVEL` of the bundles.
 
     The best of many is Gumbel distributed, and so is what the worst simulated of some motions leaves; the mean of all is normal. Bundles in
     which no effect promised anything are known to lie at 0 or below. No bundle seen would be given a name; a nearly chaotic one may be called unknown.
 
     Raises:
-        BadInput: too few cases with nothing concealed, none with a table or none without, or diagnosed by different code.
+        BadInput: too few cases with nothing concealed, none with a table or none without, diagnosed by different code, or scored by code
+            that did not tell which models are steady.
     """
     nulls = [outcome for outcome in outcomes if outcome.kind == "null" and outcome.found is not None]
     if len(nulls) < LEAST or len({outcome.found.table for outcome in nulls}) < 2:
         raise BadInput(
             f"{len(nulls)} cases with nothing concealed are diagnosed, {LEAST} are needed, with a table and without one; go on with the campaign"
         )
+    if any(outcome.found.established is None or outcome.found.steady is None for outcome in nulls):
+        raise BadInput(
+            "cases were scored before it was told which models are steady: diagnose and score them by this code"
+        )
     codes = sorted({outcome.code_sha256 for outcome in nulls})
     if len(codes) > 1 or any(outcome.code_changed for outcome in nulls):
         raise BadInput(f"cases were diagnosed by {len(codes)} states of the code; calibrate with a campaign by one")
-    worths, places, tables = (np.array([largest(one.found.worths, kind) for one in nulls]) for kind in KINDS)
-    gains = np.array([max([0.0, *outcome.found.gains.values()]) for outcome in nulls])
+    worths, places, tables = (
+        np.array([largest({name: one.found.worths[name] for name in one.found.steady}, kind) for one in nulls])
+        for kind in KINDS
+    )
+    gains = np.array([max([0.0, *(one.found.gains[name] for name in one.found.established)]) for one in nulls])
     table = np.array([outcome.found.table for outcome in nulls])
     named = max(LEAST_NAMED, _most(worths))
     stream = random_stream(0, "calibration")

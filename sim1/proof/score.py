@@ -55,6 +55,10 @@ class Found(Strict):
     spoken_for: tuple[str, ...] | None = (
         None  # names that motion held out decided for; None: scored before this was told
     )
+    established: tuple[str, ...] | None = (
+        None  # ranked models of which recordings agree that they are there; None: scored before this was told
+    )
+    steady: tuple[str, ...] | None = None  # those of them that are also asked for alike from second to second
     place_auc: float | None  # None: force was concealed nowhere or everywhere
     over_limit: dict[
         str, float
@@ -232,6 +236,8 @@ def _found(files: Files, case: str, answers: Answers, courses: Mapping[str, np.n
         first=first_single(summary),
         gains={row.name: row.gain for row in summary.ranking if row.name != BASELINE},
         worths={row.name: row.worth for row in summary.ranking if row.name != BASELINE},
+        established=tuple(row.name for row in summary.ranking if row.established and row.name != BASELINE),
+        steady=tuple(row.name for row in summary.ranking if row.steady and row.name != BASELINE),
         least_misfit=least_misfit(summary),
         effects={
             effect.name: {

@@ -50,6 +50,18 @@ def test_of_a_pair_that_motion_held_out_speaks_against_the_better_part_stays(unk
     assert kept.chosen.terms == first
 
 
+def test_what_motion_held_out_says_against_a_second_is_no_part_of_how_much_fits_gain_beside_the_first(unknowns):
+    """Case 4 of the campaign that was left: markers late by an actuator's lag gain 16765 nats and adhesion beside it 629, of 503 that are asked."""
+    pair, first = ("actuator_lag", "adhesion"), ("actuator_lag",)
+    pool = pool_of(unknowns, {first: 16765.0, pair: 16765.0 + 629.0})
+    found = decide(pool, THRESHOLDS)
+    assert found.chosen.terms == pair
+    against = {first: -177.0, pair: -17.0}
+    assert borne_out(found, pool, against, THRESHOLDS).chosen.terms == pair
+    much = against | {pair: -177.0 + 629.0 - 0.9 * THRESHOLDS.second}
+    assert borne_out(found, pool, much, THRESHOLDS).chosen.terms == first
+
+
 def test_an_effect_that_adds_nearly_enough_is_named_where_motion_held_out_speaks_for_it(unknowns):
     pair, first = ("air_drag", "shrinkage"), ("air_drag",)
     pool = pool_of(unknowns, {first: 400.0, pair: 400.0 + 0.8 * THRESHOLDS.second})

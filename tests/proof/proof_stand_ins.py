@@ -74,7 +74,7 @@ coefficient = {"value": 1.9, "ci95": [1.5, 2.5], "unit": "1"}
     "mismatch": {"regions": [], "windows": [], "signature": "made up"}, "alternatives": [], "next_experiment": "none",
     "missing_physics": [{"name": n, "probability": 1.0, "parameters": {"c": coefficient}, "heldout_rmse_reduction": 0.5} for n in names]}))
 prices = dict.fromkeys(Prices.model_fields, 1)
-ranking = [{"name": " with ".join(names) or "wind", "gain": 50.0, "worth": 40.0, "unsteadiness": 0.1, "established": True, "misfit": 1.0}, {"name": "the baseline", "gain": 0.0, "worth": 0.0, "unsteadiness": 0.0, "established": True, "misfit": 2.0}]
+ranking = [{"name": " with ".join(names) or "wind", "gain": 50.0, "worth": 40.0, "unsteadiness": 0.1, "established": True, "steady": True, "misfit": 1.0}, {"name": "the baseline", "gain": 0.0, "worth": 0.0, "unsteadiness": 0.0, "established": True, "steady": True, "misfit": 2.0}]
 (out / "summary.json").write_text(json.dumps({
     "schema": SCHEMA, "sentence": "made up", "fitted": ["a"], "heldout": ["b"], "heldout_nats": -20.0, "withdrawn": [], "spoken_for": names[1:],
     "converged": True, "creep_m": 0.0,

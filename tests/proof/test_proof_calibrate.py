@@ -27,8 +27,10 @@ def nulls(gains, code="c0de", left=LEFT, by="wind"):
     for number, gain in enumerate(gains):
         case = outcome(f"case_{number:03d}", "null", [], "none")
         changed = {
-            "worths": {"the baseline": 0.0, by: float(gain)},
-            "gains": {"wind": 2.0 * float(gain)},
+            "worths": {"the baseline": 0.0, by: float(gain), "plastic_crease": 800.0},
+            "gains": {"wind": 2.0 * float(gain), "plastic_crease": 900.0},
+            "established": ("wind",),
+            "steady": ("the baseline", by),
             "table": number % 3 == 0,
             "misfit": (float(left[number]), 0.9),
             "misfit_alone": float(WORST[number]),
@@ -64,6 +66,22 @@ def test_what_chance_looks_like_one_kind_of_effect_asks_more_of_that_kind_alone(
     )
     assert thresholds.asked((name,)) == thresholds.asked(("wind", name)) == getattr(measured, dear)
     assert thresholds.asked(("wind",)) == measured.named
+
+
+def test_what_is_no_name_however_much_it_gains_sets_no_threshold():
+    """A crease gains 900 nats in every case, and recordings do not agree that it is there."""
+    measured = calibrated(nulls(GAINS))
+    assert max(measured.named, measured.named_place, measured.named_table) < 150.0
+    assert max(2.0 * GAINS) <= max(measured.gain, measured.gain_table) < 300.0
+    unsteady = [one.model_copy(update={"found": one.found.model_copy(update={"steady": ()})}) for one in nulls(GAINS)]
+    unworthy = calibrated(unsteady)
+    assert {null.worth for null in unworthy.nulls} == {0.0}
+    assert unworthy.gain == measured.gain
+    told_less = [
+        one.model_copy(update={"found": one.found.model_copy(update={"established": None})}) for one in nulls(GAINS)
+    ]
+    with pytest.raises(BadInput, match="scored before it was told which models are steady"):
+        calibrated(told_less)
 
 
 def test_few_cases_would_be_called_unknown_and_a_strange_one_does_not_decide():
@@ -130,6 +148,6 @@ def test_few_cases_or_two_states_of_the_code_are_refused():
 
 
 def test_a_damaged_file_is_named(tmp_path):
-    (tmp_path / "thresholds.yaml").write_text("schema: sim1.thresholds/5\nnamed: many\n")
+    (tmp_path / "thresholds.yaml").write_text("schema: sim1.thresholds/6\nnamed: many\n")
     with pytest.raises(BadInput, match=r"thresholds\.yaml: .*named is 'many'"):
         read_thresholds(tmp_path / "thresholds.yaml")

@@ -105,9 +105,19 @@ def test_a_regression_that_could_not_be_made_is_wrong_everywhere():
 def test_the_least_misfit_names_whatever_fits_best_without_a_price():
     class Ranking:
         ranking = (
-            Ranked(name="wind", gain=90.0, worth=80.0, unsteadiness=0.1, established=True, misfit=1.1),
-            Ranked(name="wind with adhesion", gain=89.0, worth=60.0, unsteadiness=0.1, established=True, misfit=1.05),
-            Ranked(name="the baseline", gain=0.0, worth=0.0, unsteadiness=0.1, established=True, misfit=2.0),
+            Ranked(name="wind", gain=90.0, worth=80.0, unsteadiness=0.1, established=True, steady=True, misfit=1.1),
+            Ranked(
+                name="wind with adhesion",
+                gain=89.0,
+                worth=60.0,
+                unsteadiness=0.1,
+                established=True,
+                steady=True,
+                misfit=1.05,
+            ),
+            Ranked(
+                name="the baseline", gain=0.0, worth=0.0, unsteadiness=0.1, established=True, steady=True, misfit=2.0
+            ),
         )
 
     assert least_misfit(Ranking) == ("adhesion", "wind")

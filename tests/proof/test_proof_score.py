@@ -21,6 +21,8 @@ def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5
         first=named[0] if named else "wind",
         gains={"air_drag": 80.0},
         worths={"air_drag": 75.0},
+        established=("air_drag",),
+        steady=("air_drag",),
         least_misfit=tuple(named),
         effects={
             name: {"c": number if name in concealed else number.model_copy(update={"true": None})} for name in named
