@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.afar import from_afar
 from sim1.mismatch.decide import best_of, gain_of, null_of, rating, rivals_of
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers, fit, promised, temper_of
-from sim1.mismatch.models import Model, calibrate, extended, judged, widened, without
+from sim1.mismatch.models import Model, calibrate, extended, joined, judged, widened, without
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import Unknowns
 from sim1.mismatch.thresholds import Thresholds
@@ -23,6 +24,7 @@ NEAR, FAR = 270.0, 0.3  # nats, and of what the best gains: models further behin
 PROMISING = 45.0
 STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one search differ by less
 PARTNERS = 3  # second effects that are tried beside each
+OTHERS = 2  # that gain by themselves and that no slopes promise anything of beside the best
 FIRSTS = 3  # models that they are tried beside: the best one and its closest rivals
 
 Progress = Callable[[float, str], None]
@@ -173,9 +175,38 @@ def with_a_second(
         )
         pairs += tried.models
         lost += tried.lost
+        pairs += with_others(engine, found, first, {model.terms for model in pairs}, thresholds, names)
     pool = with_parts(engine, _best_of_each((*found.pool, *pairs)), thresholds, names)
     pool = simplified(engine, pool, thresholds, names)
     return _tempered(engine, replace(found, pool=pool, lost=(*found.lost, *lost)), names, thresholds)
+
+
+def with_others(
+    engine: Engine,
+    found: Contest,
+    first: Model,
+    there: set[tuple[str, ...]],
+    thresholds: Thresholds,
+    names: tuple[str, ...],
+) -> list[Model]:
+    """A single effect beside each other one that gains by itself, but for pairs that are `there` and effects that hold one another."""
+    if len(first.terms) > 1:
+        return []
+    one, made = EFFECTS[first.terms[0]], []
+    others = [
+        model
+        for model in sorted(found.pool, key=lambda model: rating(model, thresholds))
+        if len(model.terms) == 1
+        and model is not first
+        and gain_of(found.pool, model, thresholds) > PROMISING
+        and one.widens != model.terms[0]
+        and EFFECTS[model.terms[0]].widens != one.name
+        and tuple(sorted((*first.terms, *model.terms))) not in there
+    ]
+    for other in others[:OTHERS]:
+        pair = None if engine.patience.over else joined(engine, first, other, found.temper, names)
+        made += [pair] if pair else []
+    return made
 
 
 def with_parts(engine: Engine, pool: list[Model], thresholds: Thresholds, names: tuple[str, ...]) -> list[Model]:

@@ -162,6 +162,22 @@ def widened(engine: Engine, model: Model, temper: Tempers, names: tuple[str, ...
     return made
 
 
+def joined(engine: Engine, model: Model, other: Model, temper: Tempers, names: tuple[str, ...]) -> Model | None:
+    """The effects of both, from where `model` arrived and with `other`'s as that has them; None where no simulation finds its way.
+
+    What both imitate, places of grips say, beside one of them promises nothing of the other: it has to come in while they change.
+    """
+    base, fitted = replace(model.fit, temper=temper), other.fit
+    terms = (*base.unknowns.terms, *fitted.unknowns.terms)
+    start = np.concatenate([base.z, fitted.z[len(fitted.unknowns.nominal) :]])
+    looked = _looked_at(engine, base, terms, start, temper, names, model.variants * other.variants)
+    if looked is None:
+        return None
+    given = (looked.fit.residuals, looked.fit.slopes)
+    found = fit(engine, looked.fit.unknowns, looked.fit.z, names, temper=temper, most=MORE, given=given, exact=False)
+    return judged(found, temper, looked.variants)
+
+
 def without(engine: Engine, model: Model, place: int, names: tuple[str, ...]) -> Model | None:
     """The model without one of its effects, from where it was; None where no simulation finds its way."""
     known, z = model.fit.unknowns, model.fit.z

@@ -12,7 +12,7 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch import contest
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import LEAST_CURVATURE, curvatures, fit, loss, promised, secant_weights, weights
-from sim1.mismatch.models import Model, Tried, judged, widened, without
+from sim1.mismatch.models import Model, Tried, joined, judged, widened, without
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Term, Unknowns, baseline
 from sim1.mismatch.thresholds import THRESHOLDS
@@ -209,6 +209,50 @@ def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, m
     )
     tried = {model.terms for model in found.pool if len(model.terms) == 2}
     assert tried == {("air_drag", "clock_offset"), ("actuator_lag", "air_drag")}  # and none beside the hopeless
+
+
+def test_what_gains_by_itself_is_tried_beside_the_best_though_no_slope_promises_anything_of_it(unknowns, monkeypatch):
+    """Beside a crease, places of grips imitate a grip that yields, and the other way round: each alone gains 260 nats, both 830."""
+    engine, tempers = Straight(), {"only": 1.0}
+    far = fit(engine, unknowns, np.array([30.0, 30.0]), ("only",), temper=tempers, most=0)
+    arrived = fit(engine, unknowns, TRUE, ("only",), temper=tempers, most=0)
+    half = fit(engine, unknowns, TRUE + 1.0, ("only",), temper=tempers, most=0)
+    best = Model(terms=("wind",), fit=arrived, variants=1)
+    others = [Model(terms=(name,), fit=half, variants=1) for name in ("adhesion", "grip_slip", "air_drag")]
+    pool = [Model(terms=(), fit=far, variants=1), best, *others, Model(terms=("shrinkage",), fit=far, variants=1)]
+    tried = []
+
+    def together(engine, model, other, temper, names):
+        tried.append((model.terms, other.terms))
+        return Model(terms=tuple(sorted((*model.terms, *other.terms))), fit=arrived, variants=1)
+
+    monkeypatch.setattr(contest, "joined", together)
+    found = contest.Contest(pool=pool, temper=tempers)
+    there = {("adhesion", "wind")}
+    made = contest.with_others(engine, found, best, there, THRESHOLDS, ("only",))
+    # Adhesion was tried, shrinkage gains nothing, and wind holds the drag of still air.
+    assert tried == [(("wind",), ("grip_slip",))]
+    assert [model.terms for model in made] == [("grip_slip", "wind")]
+    assert contest.with_others(engine, found, made[0], there, THRESHOLDS, ("only",)) == []
+
+
+def test_two_effects_that_were_fitted_alone_are_fitted_together_from_where_each_arrived():
+    tilted = (0.0, 0.3, -9.805)
+    bundle = filmed(empty_bundle(motions=2, duration_s=1.2), air_normal=1.3, gravity_m_s2=tilted)
+    with Engine(bundle) as engine:
+        names, plain = engine.names, baseline(bundle)
+        temper = dict.fromkeys(names, 3.0)
+        drag, tilt = (
+            judged(fit(engine, one, np.zeros(one.count), names, temper=temper, most=2), temper)
+            for one in (plain.with_terms(Term.of(EFFECTS[name])) for name in ("air_drag", "gravity_tilt"))
+        )
+        both = joined(engine, drag, tilt, temper, names)
+        assert both.terms == ("air_drag", "gravity_tilt")
+        assert both.variants == drag.variants * tilt.variants
+        assert both.score < min(drag.score, tilt.score) - 100.0
+        start = np.concatenate([drag.fit.z, tilt.fit.z[plain.count :]])
+        at_start = fit(engine, both.fit.unknowns, start, names, temper=temper, most=0)
+        assert both.fit.cost <= at_start.cost
 
 
 def test_of_the_best_pair_each_effect_is_fitted_alone_too_and_its_evidence_counted_by_what_it_leaves(
