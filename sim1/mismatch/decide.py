@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from sim1.cloth.effects import EFFECTS
-from sim1.mismatch.excess import explained, left, mean_square, on_table, worst
+from sim1.mismatch.excess import explained, left, mean_square, worst
 from sim1.mismatch.fit import cost_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
@@ -75,8 +75,11 @@ def adds_enough(
 
 def exceeds(pool: list[Model], thresholds: Thresholds) -> bool:
     """Whether the baseline leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too."""
-    null = null_of(pool)
-    return mean_square(null.fit) >= thresholds.misfit or worst(null.fit) >= thresholds.misfit_alone
+    return _leaves_more(null_of(pool), thresholds)
+
+
+def _leaves_more(model: Model, thresholds: Thresholds) -> bool:
+    return mean_square(model.fit) >= thresholds.misfit or worst(model.fit) >= thresholds.misfit_alone
 
 
 def stands_out(pool: list[Model], thresholds: Thresholds) -> bool:
@@ -85,18 +88,12 @@ def stands_out(pool: list[Model], thresholds: Thresholds) -> bool:
     What pushes otherwise than any effect of the table makes several of them gain, each now more, now less of itself. A model of which
     recordings do not agree that it is there has fitted one of them: what the simulator gets wrong there, as a rule.
     """
-    null = null_of(pool)
     gains = [
         gain_of(pool, model, thresholds)
         for model in pool
         if model.terms and established(model.fit, thresholds.significance)
     ]
-    return max(gains, default=0.0) >= _by_chance(null, thresholds)
-
-
-def _by_chance(null: Model, thresholds: Thresholds) -> float:
-    """What no model that is established gains where nothing is missing, however often it counts an error, nats."""
-    return thresholds.gain_table if on_table(null.fit) else thresholds.gain
+    return max(gains, default=0.0) >= thresholds.gain
 
 
 def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] = frozenset()) -> Decision:
@@ -129,12 +126,13 @@ def beyond(null: Model, model: Model, thresholds: Thresholds, asked: float, said
     """Nats by which a model is worth more than is asked or, if that is more, gains more than any does by chance; below 0: it is no name.
 
     A strong effect that shows for a second or two counts what the simulator gets wrong there as often as it has evidence. `said`: nats of
-    motion held out against it.
+    motion held out against it; no fit has put what the simulator gets wrong in that to use, so that beside a gain that counts an error many
+    times it weighs as many.
     """
-    gain = rating(null, thresholds) - rating(model, thresholds) - said
+    gain = rating(null, thresholds) - rating(model, thresholds)
     return max(
         worth_over(null, model, thresholds, said) - asked,
-        gain - max(asked, _by_chance(null, thresholds)),
+        gain - said * overcounted(model.fit, null.fit) - max(asked, thresholds.gain),
     )
 
 
@@ -159,7 +157,8 @@ def said_of(
     null: Model, best: Model, standing: list[Model], thresholds: Thresholds, measured: frozenset[str]
 ) -> Decision:
     """The verdict where `best` leads, those that are `standing` against it given: whether it explains what is missing, and who does about as well."""
-    if left(null.fit, best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < thresholds.explained:
+    asked = thresholds.explained if _leaves_more(best, thresholds) else thresholds.explained_whole
+    if left(null.fit, best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < asked:
         standing = [model for model in standing if set(model.terms) <= measured]
         if not standing:
             return unchanged("unknown", null)

@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/9`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/10`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/9"
+SCHEMA = "sim1.diagnosis/10"
 
 
 class Ranked(Strict):
@@ -63,21 +63,21 @@ class Prices(Strict):
     margin: float
     second: float  # what one effect more has to be worth beside the first
     second_share: float  # and of what the first gains, that it has to gain
-    explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`
+    explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`,
+    explained_whole: float  # or where it leaves less than makes something missing
     left: float
     significance: float  # of the test that an effect's strength is not nothing
     misfit_alone: float  # mean squared residual of one recording from which something is taken to be missing
     steady: float  # times that a named effect's evidence may count the same error of the simulator,
     unsteady: float  # unless it differs by no larger a share of itself from second to second
-    gain: float  # of an established model, from which something is taken to be missing, where there is no table
-    gain_table: float  # and where there is one
+    gain: float  # of an established model, from which something is taken to be missing
     nulls: int  # bundles with nothing missing that `named` rests on
 
 
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/9"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/10"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts

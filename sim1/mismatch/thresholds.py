@@ -37,8 +37,7 @@ class Measured:
     named_ci95: tuple[float, float]  # of what the level asks for, the first of the three, by resampling the bundles
     misfit: float  # from which something is missing
     misfit_alone: float  # the same of one recording
-    gain: float  # from which something is missing though no name is worth enough, where there is no table
-    gain_table: float  # and where there is one: what sticks and slips is simulated less surely
+    gain: float  # of an established model, from which something is missing though no name is worth enough
     level: float  # share of bundles with nothing missing that may exceed any of these
     code_sha256: str  # of the code that diagnosed them
     nulls: tuple[Null, ...]
@@ -54,20 +53,20 @@ class Thresholds:
     second: float  # that another must be worth beside the first at least: the first's formula may be off
     misfit: float  # mean squared residual, in units of its variance, from which something is missing
     misfit_alone: float  # the same of one recording
-    gain: float  # of any model, from which something is missing though nothing is worth a name, where there is no table
-    gain_table: float  # and where there is one
+    gain: float  # of an established model, from which something is missing though nothing is worth a name
     # Of what the first gains that another must gain beside it: its formula may be off by a sixth.
     second_share: float = 0.03
     doubtful: float = 0.4  # of what a second is asked for, from which motion held out is asked whether another is there
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
-    explained: float = 0.4  # of the excess over noise and mesh that a named model must explain where it gains,
+    explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
+    explained_whole: float = 0.4  # or less, where what it leaves would be nothing missing by itself,
     left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
     significance: float = 0.05  # of the test that a named effect's strength is not nothing; Student's quantile is long where recordings are few
     steady: float = 4.0  # times that a named effect's evidence may count the same error,
     unsteady: float = 0.3  # unless it differs by no larger a share of itself from second to second
-    nulls: int = 0  # bundles with nothing missing that the first eight rest on
+    nulls: int = 0  # bundles with nothing missing that the first seven rest on
 
     def asked(self, terms: tuple[str, ...]) -> float:
         """What a model of these effects must be worth over the baseline, nats: the most that any of them asks for."""
@@ -90,7 +89,6 @@ def read_thresholds(path: Path) -> Thresholds:
         misfit=measured.misfit,
         misfit_alone=measured.misfit_alone,
         gain=measured.gain,
-        gain_table=measured.gain_table,
         nulls=len(measured.nulls),
     )
 

@@ -26,8 +26,9 @@ STRANGE = 0.1  # share of cases that may be of another kind than most
 def calibrated(outcomes: Sequence[Outcome]) -> Measured:
     """What the best of all effects that stand is worth and a baseline leaves by chance but for `LEVEL` of the bundles.
 
-    The best of many is Gumbel distributed, and so is what the worst simulated of some motions leaves; the mean of all is normal. Bundles in
-    which no effect promised anything are known to lie at 0 or below. No bundle seen would be given a name; a nearly chaotic one may be called unknown.
+    In a share of bundles nothing stands; what stands in others falls off like the tail of the largest of many, exponentially. What the worst
+    simulated of some motions leaves is Gumbel distributed, the mean of all is normal. No bundle seen would be given a name; a nearly
+    chaotic one may be called unknown.
 
     Raises:
         BadInput: too few cases with nothing concealed, none with a table or none without, diagnosed by different code, or scored by code
@@ -53,7 +54,7 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
     table = np.array([outcome.found.table for outcome in nulls])
     named = max(LEAST_NAMED, _most(worths))
     stream = random_stream(0, "calibration")
-    again = [level_of(stream.choice(worths, len(worths))) for _ in range(RESAMPLES)]
+    again = [tail_of(stream.choice(worths, len(worths))) for _ in range(RESAMPLES)]
     low, high = np.quantile(again, [0.025, 0.975])
     return Measured(
         named=named,
@@ -62,8 +63,7 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
         named_ci95=(round(float(low), 1), round(float(high), 1)),
         misfit=_above(level_of(np.array([one.found.misfit[0] for one in nulls]), norm), ROUND_MISFIT),
         misfit_alone=_above(level_of(np.array([one.found.misfit_alone for one in nulls])), ROUND_MISFIT),
-        gain=_most(gains[~table]),
-        gain_table=_most(gains[table]),
+        gain=_most(gains),
         level=LEVEL,
         code_sha256=codes[0],
         nulls=tuple(
@@ -84,7 +84,7 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
 
 def _most(nats: np.ndarray) -> float:
     """What the level asks for, and at least what was seen."""
-    return _above(max(level_of(nats), float(nats.max())), ROUND)
+    return _above(max(tail_of(nats), float(nats.max())), ROUND)
 
 
 def _above(value: float, step: float) -> float:
@@ -97,16 +97,27 @@ def largest(worths: dict[str, float], kind: str) -> float:
     return max([0.0, *(worth for name, worth in worths.items() if name in EFFECTS and EFFECTS[name].kind() == kind)])
 
 
-def level_of(gains: np.ndarray, family: rv_continuous = gumbel_r) -> float:
-    """What is exceeded in its share of `LEVEL` of the cases, by a distribution of most likelihood; 0 where nothing ever gained.
+def tail_of(nats: np.ndarray) -> float:
+    """What is exceeded in its share of `LEVEL` of the cases: of those above 0, which are some of all, an exponential's quantile; else 0.
+
+    The scale is that of most likelihood; of the largest tenth of them it is taken to be known that they are large, not how large.
+    """
+    gained = nats[nats > 0]
+    if not len(gained):
+        return 0.0
+    large = float(np.quantile(gained, 1 - STRANGE))
+    scale = float(np.minimum(gained, large).sum()) / int((gained <= large).sum())
+    return float(scale * np.log(max(len(gained) / len(nats) / (LEVEL / SHARED_BY), 1.0)))
+
+
+def level_of(squares: np.ndarray, family: rv_continuous = gumbel_r) -> float:
+    """What is exceeded in its share of `LEVEL` of the cases, by a distribution of most likelihood.
 
     Of the largest tenth it is taken to be known that they are large, not how large: one chaotic sheet else decides.
     """
-    large = np.quantile(gains, 1 - STRANGE)
-    seen, none, most = gains[(gains > 0) & (gains <= large)], gains[gains <= 0], gains[(gains > 0) & (gains > large)]
-    if len(np.unique(seen)) < 2:
-        return float(gains.max())
-    place, spread = family.fit(CensoredData(uncensored=seen, left=none, right=np.full(len(most), large)))
+    large = np.quantile(squares, 1 - STRANGE)
+    seen, most = squares[squares <= large], squares[squares > large]
+    place, spread = family.fit(CensoredData(uncensored=seen, right=np.full(len(most), large)))
     return float(family.ppf(1 - LEVEL / SHARED_BY, place, spread))
 
 

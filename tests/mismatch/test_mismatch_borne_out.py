@@ -50,6 +50,18 @@ def test_of_a_pair_that_motion_held_out_speaks_against_the_better_part_stays(unk
     assert kept.chosen.terms == first
 
 
+def test_what_counts_an_error_many_times_is_held_to_motion_held_out_as_many_times(unknowns, monkeypatch):
+    """A jet of air makes a stream gain 1697 nats that count an error 100 times, and another motion is 632 nats less likely with it."""
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 50.0)
+    monkeypatch.setattr("sim1.mismatch.decide.unsteadiness", lambda fit, base: 0.5 * THRESHOLDS.unsteady)
+    wind = ("wind",)
+    pool = pool_of(unknowns, {wind: 1000.0})
+    found = decide(pool, THRESHOLDS)
+    assert found.chosen.terms == wind
+    for said, verdict in ((-30.0, "named"), (10.0, "named"), (30.0, "unknown")):
+        assert borne_out(found, pool, {wind: said}, THRESHOLDS).verdict == verdict
+
+
 def test_what_motion_held_out_says_against_a_second_is_no_part_of_how_much_fits_gain_beside_the_first(unknowns):
     """Case 4 of the campaign that was left: markers late by an actuator's lag gain 16765 nats and adhesion beside it 629, of 503 that are asked."""
     pair, first = ("actuator_lag", "adhesion"), ("actuator_lag",)

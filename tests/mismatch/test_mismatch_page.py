@@ -19,7 +19,7 @@ def test_thresholds_are_those_in_force():
     asked = THRESHOLDS
     for said in (
         f"a model is worth {asked.named:g} nats; {asked.named_place:g} with an effect at a place that is searched, "
-        f"{asked.named_table:g} with one that acts through the table; or it gains {asked.gain:g} nats, {asked.gain_table:g} with a table",
+        f"{asked.named_table:g} with one that acts through the table; or it gains {asked.gain:g} nats, however often",
         f"gains {asked.second_share:.0%} of what the other gains".replace("%", " %"),
         f"the baseline's misfit is {asked.misfit:g} or more, or {asked.misfit_alone:g} in one recording |",
         f"from {asked.doubtful:g} of that on",
@@ -28,9 +28,10 @@ def test_thresholds_are_those_in_force():
         f"more than {asked.steady:g} times",
         f"within {asked.margin:g} nats or {asked.margin_share:.1%} of its gain".replace("%", " %"),
         f"it explains {asked.explained:g} of the excess",
+        f"{asked.explained_whole:g} of it where what it leaves",
         f"a mean square of {asked.left:g} at most",
         f"less {asked.per_term:g} for each effect",
-        f"calibrated on {asked.nulls} virtual bundles",
+        f"{asked.gain:g} were calibrated on {asked.nulls} virtual bundles",
     ):
         assert said in PAGE, said
 
