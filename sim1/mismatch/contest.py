@@ -23,7 +23,6 @@ NEAR, FAR = 270.0, 0.3  # nats, and of what the best gains: models further behin
 # Nats from which more effort is spent; no share of a threshold: these are measured by searches like it.
 PROMISING = 45.0
 STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one search differ by less
-ROUNDS = 4  # of looking for effects, each from a baseline that the last one improved
 PARTNERS = 3  # second effects that are tried beside each
 OTHERS = 2  # that gain by themselves and that no slopes promise anything of beside the best
 FIRSTS = 3  # models that they are tried beside: the best one and its closest rivals
@@ -71,11 +70,10 @@ def with_one_effect(
 ) -> Contest:
     """The baseline and each promising effect beside it.
 
-    A baseline that turns out to have been stuck is a wrong place to look from: effects are then sought anew from the better one, as what
-    was fitted from the other ended beside it.
+    A baseline that turns out to have been stuck is a wrong place to look from: effects are then sought once more from the better one.
     """
     stuck_by, afar = PROMISING, ()
-    for _ in range(ROUNDS):
+    for _ in range(2):
         afar = afar or from_afar(engine, base, base.temper, names)
         singles = extended(engine, base, base.temper, names, progress)
         one_more = _best_of_each((*singles.models, *afar))

@@ -186,28 +186,6 @@ def test_effects_are_sought_again_from_a_baseline_that_was_freed(unknowns, monke
     assert [model.terms for model in found.pool] == [(), ("air_drag",), ("clock_offset",)]  # the first round's too
 
 
-def test_effects_are_sought_from_the_baseline_that_they_are_set_against(unknowns, monkeypatch):
-    """Shrinkage, case 13 of the campaign that was left: freed in the second round too, the baseline left all effects 345 nats behind."""
-    engine, tempers, starts = Straight(), {"only": 1.0}, []
-    rounds = [
-        fit(engine, unknowns, TRUE + far, ("only",), temper=tempers, most=0) for far in (30.0, 20.0, 10.0, 10.0, 9.0)
-    ]
-
-    def looked_from(engine, base, *rest):
-        starts.append(base.cost)
-        return Tried(models=(Model(terms=("air_drag",), fit=base, variants=1),))
-
-    def freed(engine, pool, thresholds, names):
-        return [Model(terms=(), fit=rounds[len(starts)], variants=1), *pool[1:]]
-
-    monkeypatch.setattr(contest, "extended", looked_from)
-    monkeypatch.setattr(contest, "from_afar", lambda *given: ())
-    monkeypatch.setattr(contest, "simplified", freed)
-    found = contest.with_one_effect(engine, rounds[0], ("only",), THRESHOLDS, lambda share, what: None)
-    assert starts == [pytest.approx(one.cost) for one in rounds[:3]]
-    assert found.pool[1].fit.cost == pytest.approx(contest.null_of(found.pool).fit.cost)
-
-
 def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, monkeypatch):
     """Else one of two that explain it alike wins because the other was not taken further."""
     engine, tempers = Straight(), {"only": 1.0}
