@@ -36,6 +36,7 @@ class Contest:
 
     pool: list[Model]
     temper: Tempers
+    alone: tuple[Model, ...] = ()  # effects that gain by themselves, as they were first fitted, best first
     lost: tuple[Candidate, ...] = ()  # effects that promised something and that no simulation followed
     screened: tuple[Candidate, ...] = ()  # beside the baseline: every effect that the recordings could show
 
@@ -72,17 +73,24 @@ def with_one_effect(
 
     A baseline that turns out to have been stuck is a wrong place to look from: effects are then sought once more from the better one.
     """
-    stuck_by, afar = PROMISING, ()
+    stuck_by, afar, kept = PROMISING, (), ()
     for _ in range(2):
         afar = afar or from_afar(engine, base, base.temper, names)
         singles = extended(engine, base, base.temper, names, progress)
-        one_more = _best_of_each((*singles.models, *afar))
-        pool = simplified(engine, [judged(base, base.temper), *one_more], thresholds, names)
+        kept = _best_of_each((*kept, *singles.models, *afar))  # what was fitted from the other, too
+        pool = simplified(engine, [judged(base, base.temper), *kept], thresholds, names)
         better = null_of(pool).fit
         if engine.patience.over or base.cost - better.cost < stuck_by:
             break
         base = better
-    return Contest(pool=pool, temper=base.temper, lost=singles.lost, screened=singles.screened)
+    alone = [one for one in pool if one.terms and gain_of(pool, one, thresholds) > PROMISING]
+    return Contest(
+        pool=pool,
+        temper=base.temper,
+        alone=tuple(sorted(alone, key=lambda one: rating(one, thresholds))),
+        lost=singles.lost,
+        screened=singles.screened,
+    )
 
 
 def _best_of_each(models: tuple[Model, ...]) -> list[Model]:
@@ -175,7 +183,7 @@ def with_a_second(
         )
         pairs += tried.models
         lost += tried.lost
-        pairs += with_others(engine, found, first, {model.terms for model in pairs}, thresholds, names)
+        pairs += with_others(engine, found, first, {model.terms for model in pairs}, names)
     pool = with_parts(engine, _best_of_each((*found.pool, *pairs)), thresholds, names)
     pool = simplified(engine, pool, thresholds, names)
     return _tempered(engine, replace(found, pool=pool, lost=(*found.lost, *lost)), names, thresholds)
@@ -186,22 +194,21 @@ def with_others(
     found: Contest,
     first: Model,
     there: set[tuple[str, ...]],
-    thresholds: Thresholds,
     names: tuple[str, ...],
 ) -> list[Model]:
-    """A single effect beside each other one that gains by itself, but for pairs that are `there` and effects that hold one another."""
+    """A single effect beside others that gain by themselves, but for pairs that are `there` and effects that hold one another."""
     if len(first.terms) > 1:
         return []
     one, made = EFFECTS[first.terms[0]], []
+    by_name = {model.terms: model for model in found.alone}
+    by_name |= {model.terms: model for model in found.pool if model.terms in by_name}  # fitted further
     others = [
         model
-        for model in sorted(found.pool, key=lambda model: rating(model, thresholds))
-        if len(model.terms) == 1
-        and model is not first
-        and gain_of(found.pool, model, thresholds) > PROMISING
-        and one.widens != model.terms[0]
-        and EFFECTS[model.terms[0]].widens != one.name
-        and tuple(sorted((*first.terms, *model.terms))) not in there
+        for terms, model in by_name.items()
+        if len({*first.terms, *terms}) == 2
+        and one.widens != terms[0]
+        and EFFECTS[terms[0]].widens != one.name
+        and tuple(sorted((*first.terms, *terms))) not in there
     ]
     for other in others[:OTHERS]:
         pair = None if engine.patience.over else joined(engine, first, other, found.temper, names)

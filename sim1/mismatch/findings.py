@@ -168,11 +168,13 @@ def _why_not(name: str, found: Diagnosis, thresholds: Thresholds) -> str:
     mine = [model for model in found.models if name in model.terms]
     best = min(mine, key=lambda model: rating(model, thresholds))
     behind = rating(best, thresholds) - rating(found.chosen, thresholds)
-    if behind < 0 and found.verdict == "unknown":
+    name_s_worth = beyond(found.baseline, best, thresholds, thresholds.asked(best.terms)) >= 0.0
+    stands = name_s_worth and steady(found.baseline, best, thresholds, found.measured)
+    if behind < 0 and found.verdict == "unknown" and stands:
         return f"{_joined(best)} gains {-behind:.1f} nats over the baseline, but explains too little of what is missing or foretells held-out motion worse"
     if behind < 0 and not found.chosen.terms:
         least = worth([found.baseline], best, thresholds)
-        return f"{_joined(best)} gains {-behind:.1f} nats over the baseline, {least:.1f} where evidence that counts the same error again and again counts it once"
+        return f"{_joined(best)} gains {-behind:.1f} nats over the baseline, {least:.1f} where evidence that counts the same error again and again counts it once: no name's worth, or its strength may be nothing or differs from second to second"
     if behind < 0:
         return f"it gains {-behind:.1f} nats beside {_joined(found.chosen)}: less than a further effect has to, or too little is explained with both"
     return f"{_joined(best)} explains {behind:.1f} nats less of the motion than {_joined(found.chosen)}"
@@ -209,12 +211,7 @@ def sentence(found: Diagnosis) -> str:
         return "The search was stopped before it found anything: diagnose again with more time."
     before, after = (in_mm(found.rmse_m[label]["heldout"]) for label in ("baseline", "augmented"))
     if found.verdict == "none":
-        most = worst(found.baseline.fit)
-        odd = most >= THRESHOLDS.misfit_alone or found.misfit["baseline"] >= THRESHOLDS.misfit
-        chaos = f" One recording leaves {most:.1f} times what noise and mesh explain, like nothing that is known: a sheet that is nearly chaotic does."
-        return (
-            f"Nothing is missing that these recordings could show: {before} on held-out motion.{chaos if odd else ''}"
-        )
+        return f"Nothing is missing that these recordings could show: {before} on held-out motion."
     left = found.misfit["chosen"]
     more = ""
     if left > THRESHOLDS.misfit:

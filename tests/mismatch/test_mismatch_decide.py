@@ -9,7 +9,7 @@ from small_pool import fitted, pool_of
 
 from sim1.mismatch.decide import decide, gain_of
 from sim1.mismatch.excess import mean_square
-from sim1.mismatch.findings import admitted, probabilities, sentence
+from sim1.mismatch.findings import admitted, probabilities
 from sim1.mismatch.thresholds import THRESHOLDS
 
 WORTH_ALONE = replace(THRESHOLDS, gain=np.inf)  # nothing stands out by what it gains alone
@@ -87,23 +87,6 @@ def test_what_pushes_in_one_recording_alone_is_missing_too(unknowns):
         assert mean_square(null.fit) < THRESHOLDS.misfit
         assert gain_of(pool, pool[1], THRESHOLDS) < THRESHOLDS.gain
         assert decide(pool, THRESHOLDS).verdict == said
-
-
-def test_where_nothing_is_missing_an_excess_is_told_nevertheless(unknowns):
-    for square, told in ((0.9 * THRESHOLDS.misfit, False), (1.1 * THRESHOLDS.misfit, True)):
-        null = pool_of(unknowns, {}, {(): square})[0]
-        error = {"fit": 1e-3, "heldout": 1.2e-3}
-        found = SimpleNamespace(
-            verdict="none",
-            stopped=False,
-            chosen=null,
-            baseline=null,
-            misfit={"baseline": square},
-            rmse_m={"baseline": error, "augmented": error},
-        )
-        said = sentence(found)
-        assert said.startswith("Nothing is missing that these recordings could show: 1.20 mm on held-out motion.")
-        assert (f"leaves {square:.1f} times what noise and mesh explain" in said) is told
 
 
 def test_a_model_that_leaves_most_of_the_excess_is_unknown(unknowns):

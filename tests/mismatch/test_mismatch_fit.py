@@ -202,24 +202,32 @@ def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, m
         pair = tuple(sorted((names[id(base)], "air_drag")))
         return Tried(models=(Model(terms=pair, fit=base, variants=1),))
 
+    def together(engine, model, other, temper, names):
+        joint.append((*model.terms, *other.terms))
+        return Model(terms=tuple(sorted(joint[-1])), fit=stuck, variants=1)
+
+    joint = []
+    monkeypatch.setattr(contest, "joined", together)
     monkeypatch.setattr(contest, "extended", with_drag)
     monkeypatch.setattr(contest, "_tempered", lambda engine, found, names, thresholds: found)
-    found = contest.with_a_second(
-        engine, contest.Contest(pool=pool, temper=tempers), ("only",), THRESHOLDS, lambda share, what: None
-    )
+    known = contest.Contest(pool=pool, temper=tempers, alone=tuple(singles))
+    found = contest.with_a_second(engine, known, ("only",), THRESHOLDS, lambda share, what: None)
     tried = {model.terms for model in found.pool if len(model.terms) == 2}
-    assert tried == {("air_drag", "clock_offset"), ("actuator_lag", "air_drag")}  # and none beside the hopeless
+    both = ("actuator_lag", "clock_offset")  # that gain alone, tried together once
+    assert tried == {("air_drag", "clock_offset"), ("actuator_lag", "air_drag"), both}  # and none beside the hopeless
+    assert joint == [("actuator_lag", "clock_offset")]
 
 
 def test_what_gains_by_itself_is_tried_beside_the_best_though_no_slope_promises_anything_of_it(unknowns, monkeypatch):
-    """Beside a crease, places of grips imitate a grip that yields, and the other way round: each alone gains 260 nats, both 830."""
+    """Beside a crease, places of grips imitate a grip that yields: alone each gains 220 and 265 nats, both 826."""
     engine, tempers = Straight(), {"only": 1.0}
     far = fit(engine, unknowns, np.array([30.0, 30.0]), ("only",), temper=tempers, most=0)
     arrived = fit(engine, unknowns, TRUE, ("only",), temper=tempers, most=0)
     half = fit(engine, unknowns, TRUE + 1.0, ("only",), temper=tempers, most=0)
     best = Model(terms=("wind",), fit=arrived, variants=1)
     others = [Model(terms=(name,), fit=half, variants=1) for name in ("adhesion", "grip_slip", "air_drag")]
-    pool = [Model(terms=(), fit=far, variants=1), best, *others, Model(terms=("shrinkage",), fit=far, variants=1)]
+    pool = [Model(terms=(), fit=far, variants=1), best, others[0]]  # the others are no finalists
+    again = Model(terms=("adhesion",), fit=half, variants=7)
     tried = []
 
     def together(engine, model, other, temper, names):
@@ -227,13 +235,21 @@ def test_what_gains_by_itself_is_tried_beside_the_best_though_no_slope_promises_
         return Model(terms=tuple(sorted((*model.terms, *other.terms))), fit=arrived, variants=1)
 
     monkeypatch.setattr(contest, "joined", together)
-    found = contest.Contest(pool=pool, temper=tempers)
+    found = contest.Contest(pool=[*pool[:2], again], temper=tempers, alone=(best, *others))
     there = {("adhesion", "wind")}
-    made = contest.with_others(engine, found, best, there, THRESHOLDS, ("only",))
-    # Adhesion was tried, shrinkage gains nothing, and wind holds the drag of still air.
+    made = contest.with_others(engine, found, best, there, ("only",))
+    # Adhesion was tried, and wind holds the drag of still air.
     assert tried == [(("wind",), ("grip_slip",))]
     assert [model.terms for model in made] == [("grip_slip", "wind")]
-    assert contest.with_others(engine, found, made[0], there, THRESHOLDS, ("only",)) == []
+    assert contest.with_others(engine, found, made[0], there, ("only",)) == []
+    tried.clear()
+    contest.with_others(engine, found, others[2], set(), ("only",))  # no wind beside air drag either, and two at most
+    assert tried == [(("air_drag",), ("adhesion",)), (("air_drag",), ("grip_slip",))]
+    tried.clear()
+    more = replace(found, alone=(best, *others, replace(best, terms=("shrinkage",))))
+    assert len(contest.with_others(engine, more, best, set(), ("only",))) == contest.OTHERS == 2
+    engine.patience.interrupt()
+    assert contest.with_others(engine, more, best, set(), ("only",)) == []
 
 
 def test_two_effects_that_were_fitted_alone_are_fitted_together_from_where_each_arrived():
