@@ -73,12 +73,8 @@ def adds_enough(
     return worthy and gain >= share * thresholds.second_share * first
 
 
-def exceeds(pool: list[Model], thresholds: Thresholds) -> bool:
-    """Whether the baseline leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too."""
-    return _leaves_more(null_of(pool), thresholds)
-
-
-def _leaves_more(model: Model, thresholds: Thresholds) -> bool:
+def leaves_more(model: Model, thresholds: Thresholds) -> bool:
+    """Whether a model leaves more than noise and mesh explain, in all or in one recording: what pushes in one swing is missing too."""
     return mean_square(model.fit) >= thresholds.misfit or worst(model.fit) >= thresholds.misfit_alone
 
 
@@ -103,7 +99,7 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     are there is known, however much else is.
     """
     null = null_of(pool)
-    missing = exceeds(pool, thresholds) or stands_out(pool, thresholds)
+    missing = leaves_more(null, thresholds) or stands_out(pool, thresholds)
     worthy = worthy_of(pool, thresholds)
     if not _leader(pool, worthy, thresholds):
         return unchanged("unknown" if missing else "none", null)
@@ -157,7 +153,7 @@ def said_of(
     null: Model, best: Model, standing: list[Model], thresholds: Thresholds, measured: frozenset[str]
 ) -> Decision:
     """The verdict where `best` leads, those that are `standing` against it given: whether it explains what is missing, and who does about as well."""
-    asked = thresholds.explained if _leaves_more(best, thresholds) else thresholds.explained_whole
+    asked = thresholds.explained if leaves_more(best, thresholds) else thresholds.explained_whole
     if left(null.fit, best.fit) > thresholds.left and explained(null.fit, best.fit, thresholds) < asked:
         standing = [model for model in standing if set(model.terms) <= measured]
         if not standing:
