@@ -183,7 +183,15 @@ def with_a_second(
         )
         pairs += tried.models
         lost += tried.lost
-        pairs += with_others(engine, found, first, {model.terms for model in pairs}, names)
+        there = {model.terms for model in pairs}
+        pairs += with_others(
+            engine,
+            found,
+            first,
+            there,
+            names,
+            lambda name, n=number, one=first: progress((n + 1) / len(firsts), f"{name} beside {one.terms[0]}"),
+        )
     pool = with_parts(engine, _best_of_each((*found.pool, *pairs)), thresholds, names)
     pool = simplified(engine, pool, thresholds, names)
     return _tempered(engine, replace(found, pool=pool, lost=(*found.lost, *lost)), names, thresholds)
@@ -195,6 +203,7 @@ def with_others(
     first: Model,
     there: set[tuple[str, ...]],
     names: tuple[str, ...],
+    trying: Callable[[str], None],
 ) -> list[Model]:
     """A single effect beside others that gain by themselves, but for pairs that are `there` and effects that hold one another."""
     if len(first.terms) > 1:
@@ -211,7 +220,10 @@ def with_others(
         and tuple(sorted((*first.terms, *terms))) not in there
     ]
     for other in others[:OTHERS]:
-        pair = None if engine.patience.over else joined(engine, first, other, found.temper, names)
+        if engine.patience.over:
+            break
+        trying(other.terms[0])
+        pair = joined(engine, first, other, found.temper, names)
         made += [pair] if pair else []
     return made
 
