@@ -39,9 +39,10 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
         raise BadInput(
             f"{len(nulls)} cases with nothing concealed are diagnosed, {LEAST} are needed, with a table and without one; go on with the campaign"
         )
-    if any(outcome.found.established is None or outcome.found.steady is None for outcome in nulls):
+    untold = [outcome.case for outcome in nulls if outcome.found.established is None or outcome.found.steady is None]
+    if untold:
         raise BadInput(
-            "cases were scored before it was told which models are steady: diagnose and score them by this code"
+            f"outcomes/{untold[0]}.json, of {len(untold)} such: scored before it was told which models are steady; diagnose and score them by this code"
         )
     codes = sorted({outcome.code_sha256 for outcome in nulls})
     if len(codes) > 1 or any(outcome.code_changed for outcome in nulls):

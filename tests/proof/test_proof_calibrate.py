@@ -92,7 +92,9 @@ def test_what_is_no_name_however_much_it_gains_sets_no_threshold():
     told_less = [
         one.model_copy(update={"found": one.found.model_copy(update={"established": None})}) for one in nulls(GAINS)
     ]
-    with pytest.raises(BadInput, match="scored before it was told which models are steady"):
+    with pytest.raises(
+        BadInput, match=r"outcomes/case_000\.json, of 60 such: scored before it was told which models are steady"
+    ):
         calibrated(told_less)
 
 
@@ -143,9 +145,8 @@ def test_thresholds_in_force_are_what_the_cases_beside_them_ask_for():
     assert THRESHOLDS.gain == measured.gain >= max(null.gain for null in measured.nulls)
     stored = sorted((REPOSITORY / "docs" / "campaign" / "nulls" / "outcomes").glob("*.json"))
     again = calibrated([Outcome.model_validate_json(path.read_bytes()) for path in stored])
-    assert (
-        replace(again, named_ci95=measured.named_ci95) == measured
-    )  # the interval takes more resamples than a test does
+    # The interval takes more resamples than a test does.
+    assert replace(again, named_ci95=measured.named_ci95) == measured
     for name, of_null, family in (
         ("misfit", "misfit", norm),
         ("misfit_alone", "misfit_alone", gumbel_r),
