@@ -25,7 +25,7 @@ from sim1.proof.baselines.dictionary import Entry, entries_of, world_with
 from sim1.recording.bundle import Bundle
 from sim1.stage import BadInput
 
-# These four were chosen on the 16 opened cases of docs/proof.md, for the most right answers over single effects and nulls: 8 of 12. With springs
+# These four were chosen on the 16 opened cases of docs/campaigns.md, for the most right answers over single effects and nulls: 8 of 12. With springs
 # of 2 Hz no choice of the others found more; with 6 Hz, tried on nine cases, the best had 3 of 6 in place of 5. Without smoothing no single was
 # right; 0.2 or 0.4 s is a case worse. A threshold of 0.13 costs a null, one of 0.17 both singles.
 FOLLOW_HZ = 2.0  # of the springs
