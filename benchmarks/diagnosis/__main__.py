@@ -1,4 +1,4 @@
-"""`python -m benchmarks.diagnosis at-truth|cost|separate|ablate`: simulator at the truth, seconds, recordings that settle a doubt, parts left out."""
+"""`python -m benchmarks.diagnosis at-truth|cost|separate|ablate|placebo`: the simulator at the truth, seconds, recordings that settle a doubt, parts left out, effects that mean nothing."""
 
 from pathlib import Path
 from typing import Annotated
@@ -8,14 +8,16 @@ import typer
 from benchmarks.diagnosis.ablation import ablation
 from benchmarks.diagnosis.at_truth import at_truth
 from benchmarks.diagnosis.cost import cost
+from benchmarks.diagnosis.placebo import placebos
 from benchmarks.diagnosis.separating import separate
 
+CASES = "folders with bundle/ and answers.json, or DIR/bundles/CASE of a campaign whose answers are open"
 app = typer.Typer(add_completion=False, no_args_is_help=True, help=__doc__)
 
 
 @app.command("at-truth")
 def compare_at_truth(
-    cases: Annotated[list[Path], typer.Argument(help="folders with bundle/ and answers.json")],
+    cases: Annotated[list[Path], typer.Argument(help=CASES)],
 ) -> None:
     """Print what is left of the recordings at the true parameters: free runs and pulled ones, two meshes."""
     for folder in cases:
@@ -43,11 +45,21 @@ def separate_names(
 
 @app.command("ablate")
 def ablate_parts(
-    cases: Annotated[list[Path], typer.Argument(help="folders with bundle/ and answers.json")],
+    cases: Annotated[list[Path], typer.Argument(help=CASES)],
     out: Annotated[Path, typer.Option(help="folder for what was said of each case; goes on where it was")],
 ) -> None:
     """Diagnose with a part of the method left out, one part after the other."""
     typer.echo(ablation(cases, out, lambda line: typer.echo(line, err=True)))
+
+
+@app.command("placebo")
+def mixed_up(
+    cases: Annotated[list[Path], typer.Argument(help=CASES)],
+    out: Annotated[Path, typer.Option(help="folder for what was gained in each case; goes on where it was")],
+    seed: Annotated[int, typer.Option(help="of what is mixed up")] = 0,
+) -> None:
+    """Screen fingerprints with time, places or directions mixed up beside the true ones."""
+    typer.echo(placebos(cases, out, lambda line: typer.echo(line, err=True), seed))
 
 
 if __name__ == "__main__":

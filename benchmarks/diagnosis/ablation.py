@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.diagnosis.asked import answers_of, bundle_of
 from sim1.cloth.precise.world import World
 from sim1.mismatch.contest import contest
 from sim1.mismatch.decide import Decision, decide
@@ -26,8 +27,7 @@ from sim1.mismatch.heldout import held_out
 from sim1.mismatch.screen import screen, site_of
 from sim1.mismatch.search import Unknowns, baseline
 from sim1.mismatch.thresholds import THRESHOLDS
-from sim1.proof.answers import Answers, kind_of, read_answers
-from sim1.proof.draw import Case
+from sim1.proof.answers import kind_of
 from sim1.proof.score import is_right
 from sim1.recording.bundle import Bundle, read_bundle
 
@@ -47,18 +47,18 @@ class Unmeasured(Engine):
 
 
 def ablation(folders: list[Path], out: Path, tell: Callable[[str], None]) -> str:
-    """A Markdown table: what every variant says of each case (FOLDER/bundle, FOLDER/answers.json); right ones are counted.
+    """A Markdown table: what every variant says of each case (folders as `asked.py` knows them); right ones are counted.
 
     Writes OUT/CASE.json after each case, and asks no case twice.
     """
     rows, right = [], dict.fromkeys(COLUMNS, 0)
-    given = [(folder, _answers(folder)) for folder in folders]  # what is missing is told before hours of work
+    given = [(folder, answers_of(folder)) for folder in folders]  # what is missing is told before hours of work
     for folder, answers in given:
         path = out / f"{folder.name}.json"
         if not path.is_file():
             out.mkdir(parents=True, exist_ok=True)
             part = path.with_name(f"{path.name}.part")
-            part.write_text(json.dumps(_said(read_bundle(folder / "bundle"))))
+            part.write_text(json.dumps(_said(read_bundle(bundle_of(folder)))))
             part.replace(path)
             tell(f"{folder.name}: done")
         said = {label: (verdict, tuple(names)) for label, (verdict, names) in json.loads(path.read_text()).items()}
@@ -72,11 +72,6 @@ def ablation(folders: list[Path], out: Path, tell: Callable[[str], None]) -> str
     counts = " | ".join(f"{right[label]} of {len(folders)}" for label in COLUMNS)
     head = [f"| concealed | {' | '.join(COLUMNS)} |", "| --- " * (len(COLUMNS) + 1) + "|"]
     return "\n".join([*head, *rows, f"| right | {counts} |"])
-
-
-def _answers(folder: Path) -> Answers:
-    path = folder / "answers.json"
-    return read_answers(path, Case(**json.loads(path.read_text())["case"]))
 
 
 def _said(bundle: Bundle) -> dict[str, Said]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.diagnosis.asked import answers_path, bundle_of
 from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.pull import Goals, Pull
 from sim1.cloth.precise.scene import prepare
@@ -23,8 +24,8 @@ def at_truth(folder: Path) -> str:
 
     Places of grips that the bundle does not give are estimated from the markers at rest, not true.
     """
-    bundle = read_bundle(folder / "bundle")
-    world = _true_world(bundle, json.loads((folder / "answers.json").read_text()))
+    bundle = read_bundle(bundle_of(folder))
+    world = _true_world(bundle, json.loads(answers_path(folder).read_text()))
     observed = [observe(recording) for recording in bundle.recordings]
     noise = block_noise_m(observed, list(bundle.recordings)) or float("nan")
     lines = [

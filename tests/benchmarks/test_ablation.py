@@ -10,7 +10,7 @@ from benchmarks.diagnosis.ablation import COLUMNS, ablation
 
 def folder(tmp_path, name, *effects):
     path = tmp_path / name
-    path.mkdir()
+    (path / "bundle").mkdir(parents=True)
     listed = [{"name": effect, "parameters": {}, "named_by_format": effect != "magnet"} for effect in effects]
     case = {"effects": list(effects), "strength": "medium", "seed": 1}
     answers = {"case": case, "effects": listed, "baseline": {}, "places_given": True}
