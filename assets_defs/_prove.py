@@ -103,10 +103,10 @@ def _calibrate(path: Path, found, others) -> None:
     write_thresholds(path, measured)
     low, high = measured.named_ci95
     _say(
-        f"a name needs {measured.named:g} nats [{low:g}, {high:g}], {measured.named_place:g} at a place, {measured.named_table:g} through the table, a misfit counts from {measured.misfit:g}, in one recording from "
+        f"a name needs {measured.named:g} nats [{low:g}, {high:g}], a misfit counts from {measured.misfit:g}, in one recording from "
         f"{measured.misfit_alone:g}, and what any established model gains from {measured.gain:g}: "
         f"{len(measured.nulls)} cases with nothing concealed, of which {measured.level:.0%} may exceed any of "
-        f"the six: {path}; in force as sim1/mismatch/thresholds.yaml"
+        f"the four: {path}; in force as sim1/mismatch/thresholds.yaml"
     )
 
 

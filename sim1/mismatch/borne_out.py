@@ -4,13 +4,13 @@ from sim1.mismatch.decide import (
     Decision,
     adds_enough,
     best_of,
-    beyond,
     contenders_of,
     rating,
     said_of,
     steady,
     told_by,
     unchanged,
+    worth_over,
     worthy_of,
 )
 from sim1.mismatch.models import Model
@@ -78,8 +78,8 @@ def borne_out(
         said = against[best.terms] - against[part.terms]
         if set(part.terms) < set(best.terms) and not adds_enough(null, part, telling, thresholds, said=said):
             best = telling = part
-    kept = beyond(null, best, thresholds, thresholds.asked(best.terms), max(against[best.terms], 0.0))
-    if kept < 0.0 or not steady(null, best, thresholds, measured):
+    kept = worth_over(null, best, thresholds, max(against[best.terms], 0.0))
+    if kept < thresholds.named or not steady(null, best, thresholds, measured):
         return unchanged("unknown", null)
     return decision if best is decision.chosen else _said_again(null, best, pool, thresholds, measured)
 

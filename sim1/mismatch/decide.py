@@ -69,7 +69,7 @@ def adds_enough(
     """
     gain = rating(less, thresholds) - rating(more, thresholds) - min(said, 0.0)
     first = rating(null, thresholds) - rating(less, thresholds)
-    worthy = worth_over(less, more, thresholds, said) >= share * thresholds.asked_beside(less.terms, more.terms)
+    worthy = worth_over(less, more, thresholds, said) >= share * thresholds.named
     return worthy and gain >= share * thresholds.second_share * first
 
 
@@ -112,30 +112,13 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
 
 def worthy_of(pool: list[Model], thresholds: Thresholds) -> list[Model]:
     """The models that are worth a name."""
-    null = null_of(pool)
-    return [
-        model for model in pool if model.terms and beyond(null, model, thresholds, thresholds.asked(model.terms)) >= 0.0
-    ]
-
-
-def beyond(null: Model, model: Model, thresholds: Thresholds, asked: float, said: float = 0.0) -> float:
-    """Nats by which a model is worth more than is asked or, if that is more, gains more than any does by chance; below 0: it is no name.
-
-    A strong effect that shows for a second or two counts what the simulator gets wrong there as often as it has evidence. `said`: nats of
-    motion held out against it; no fit has put what the simulator gets wrong in that to use, so that beside a gain that counts an error many
-    times it weighs as many.
-    """
-    gain = rating(null, thresholds) - rating(model, thresholds)
-    return max(
-        worth_over(null, model, thresholds, said) - asked,
-        gain - said * overcounted(model.fit, null.fit) - max(asked, thresholds.gain),
-    )
+    return [model for model in pool if model.terms and worth(pool, model, thresholds) >= thresholds.named]
 
 
 def contenders_of(pool: list[Model], best: Model, thresholds: Thresholds, measured: frozenset[str]) -> list[Model]:
-    """Models that stand against a leader: steady and worth what the cheapest kind of effect asks for, or fitting better than it.
+    """Models that stand against a leader: steady and worth a name, or fitting better than it.
 
-    What fits better and is no name, as its evidence counts errors often or its kind asks for more, is no less likely for that.
+    What fits better and is no name, as its evidence counts errors often, is no less likely for that.
     """
     null, lead = null_of(pool), rating(best, thresholds)
     return [
@@ -144,7 +127,7 @@ def contenders_of(pool: list[Model], best: Model, thresholds: Thresholds, measur
         if one.terms
         and (
             rating(one, thresholds) < lead
-            or (beyond(null, one, thresholds, thresholds.named) >= 0.0 and steady(null, one, thresholds, measured))
+            or (worth_over(null, one, thresholds) >= thresholds.named and steady(null, one, thresholds, measured))
         )
     ]
 

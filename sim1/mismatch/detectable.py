@@ -31,8 +31,7 @@ def detectable(screened: tuple[Candidate, ...], thresholds: Thresholds) -> tuple
     for candidate in sorted(screened, key=lambda one: one.term.effect.name):
         strengths = [c for c in candidate.term.coefficients if not c.shape]
         for c, information in zip(strengths, candidate.information, strict=True):
-            asked = thresholds.asked((candidate.term.effect.name,))
-            z = _least(information, asked + thresholds.per_term + math.log(candidate.variants))
+            z = _least(information, thresholds.named + thresholds.per_term + math.log(candidate.variants))
             ways = [way for way in (z, -z) if c.low <= c.unlimited(way) <= c.high]
             rows.append(
                 Detectable(

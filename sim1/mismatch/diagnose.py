@@ -108,9 +108,7 @@ def _diagnose(
     if decision.chosen.terms:
         foretold["augmented"] = foretold_by(engine, decision.chosen, fitted).and_of(told[decision.chosen.terms])
     verdict = decision.verdict
-    if verdict == "none" and (
-        stopped or any(candidate.gain > thresholds.asked((candidate.term.effect.name,)) for candidate in found.lost)
-    ):
+    if verdict == "none" and (stopped or any(candidate.gain > thresholds.named for candidate in found.lost)):
         verdict = "unknown"  # not all was tried
     noise = frame_noise(bundle, engine.noise_m, engine.block_frames)
     progress(0.93, "locating")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.physics import write_physics
-from sim1.mismatch.decide import beyond, null_of, rating, steady, worth
+from sim1.mismatch.decide import null_of, rating, steady, worth, worth_over
 from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.excess import mean_square, on_table, worst
@@ -153,7 +153,7 @@ def probabilities(models: tuple[Model, ...], verdict: str, thresholds: Threshold
     """
     null = null_of(list(models))
     scores = np.array(
-        [-beyond(null, model, thresholds, thresholds.asked(model.terms)) if model.terms else 0.0 for model in models]
+        [thresholds.named - worth_over(null, model, thresholds) if model.terms else 0.0 for model in models]
     )
     weight = np.exp(-(scores - scores.min()) / EASED)
     weight /= weight.sum() * (2.0 if verdict == "unknown" else 1.0)
@@ -168,7 +168,7 @@ def _why_not(name: str, found: Diagnosis, thresholds: Thresholds) -> str:
     mine = [model for model in found.models if name in model.terms]
     best = min(mine, key=lambda model: rating(model, thresholds))
     behind = rating(best, thresholds) - rating(found.chosen, thresholds)
-    name_s_worth = beyond(found.baseline, best, thresholds, thresholds.asked(best.terms)) >= 0.0
+    name_s_worth = worth_over(found.baseline, best, thresholds) >= thresholds.named
     stands = name_s_worth and steady(found.baseline, best, thresholds, found.measured)
     if behind < 0 and found.verdict == "unknown" and stands:
         return f"{_joined(best)} gains {-behind:.1f} nats over the baseline, but explains too little of what is missing or foretells held-out motion worse"

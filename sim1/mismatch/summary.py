@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/10`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/11`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/10"
+SCHEMA = "sim1.diagnosis/11"
 
 
 class Ranked(Strict):
@@ -57,12 +57,9 @@ class Prices(Strict):
     """What a name has to gain in nats, to explain and to foretell."""
 
     per_term: float
-    named: float  # what an effect has to be worth, if it acts on the whole sheet or its rig,
-    named_place: float  # at a place that is searched,
-    named_table: float  # or through the table
+    named: float  # what an effect has to be worth, and one more beside it
     margin: float
-    second: float  # what one effect more has to be worth beside the first
-    second_share: float  # and of what the first gains, that it has to gain
+    second_share: float  # of what the first gains, that one more has to gain
     explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`,
     explained_whole: float  # or where it leaves less than makes something missing
     left: float
@@ -77,7 +74,7 @@ class Prices(Strict):
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/10"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/11"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts

@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from sim1.cloth.effects import EFFECTS
 from sim1.data_file import read_data_file
 from sim1.stage import stage_config
 
-SCHEMA = "sim1.thresholds/6"
+SCHEMA = "sim1.thresholds/7"
 FILE = Path(__file__).with_name("thresholds.yaml")
 
 
@@ -16,11 +15,7 @@ class Null:
     """A bundle in which nothing was missing."""
 
     seed: int  # of the laboratory
-    worth: float  # nats of the best single effect that stands (`decide.worth`), of those that act on the whole sheet or its rig
-    worth_place: float  # the same of those at a place that is searched
-    worth_table: (
-        float  # and of those through the table; each 0 where none promised anything and is steady and established
-    )
+    worth: float  # nats of the best single effect that is steady and established (`decide.worth`); 0 where none is
     misfit: float  # mean squared residual of the baseline, in units of its variance
     misfit_alone: float  # the same of the recording with the largest
     gain: float  # nats that the best established model gains over the baseline, however often it counts an error
@@ -31,15 +26,13 @@ class Null:
 class Measured:
     """Contents of `thresholds.yaml`, written by `sim1 prove --calibrate`."""
 
-    named: float  # that an effect must be worth over the baseline, nats, if it acts on the whole sheet or its rig
-    named_place: float  # if it acts at a place that is searched
-    named_table: float  # if it acts through the table
-    named_ci95: tuple[float, float]  # of what the level asks for, the first of the three, by resampling the bundles
+    named: float  # that an effect must be worth over the baseline, nats
+    named_ci95: tuple[float, float]  # of what the level asks for, by resampling the bundles
     misfit: float  # from which something is missing
     misfit_alone: float  # the same of one recording
     gain: float  # of an established model, from which something is missing though no name is worth enough
     level: float  # share of bundles with nothing missing that may exceed any of these
-    code_sha256: str  # of the code that diagnosed them
+    code_sha256: tuple[str, ...]  # of the code that diagnosed them, a hash for each of its states
     nulls: tuple[Null, ...]
 
 
@@ -47,15 +40,12 @@ class Measured:
 class Thresholds:
     """When a difference counts, in nats of evidence."""
 
-    named: float  # that an effect must be worth over the baseline, if it acts on the whole sheet or its rig
-    named_place: float  # if it acts at a place that is searched: of many places one suits the simulator's errors
-    named_table: float  # if it acts through the table: what sticks and slips is simulated less surely
-    second: float  # that another must be worth beside the first at least: the first's formula may be off
+    named: float  # that an effect must be worth over the baseline, and another beside the first
     misfit: float  # mean squared residual, in units of its variance, from which something is missing
     misfit_alone: float  # the same of one recording
     gain: float  # of an established model, from which something is missing though nothing is worth a name
-    # Of what the first gains that another must gain beside it: its formula may be off by a sixth.
-    second_share: float = 0.03
+    # Of what the first gains that another must gain beside it: its formula may be off by a tenth.
+    second_share: float = 0.01
     doubtful: float = 0.4  # of what a second is asked for, from which motion held out is asked whether another is there
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain
@@ -66,26 +56,14 @@ class Thresholds:
     significance: float = 0.05  # of the test that a named effect's strength is not nothing; Student's quantile is long where recordings are few
     steady: float = 4.0  # times that a named effect's evidence may count the same error,
     unsteady: float = 0.3  # unless it differs by no larger a share of itself from second to second
-    nulls: int = 0  # bundles with nothing missing that the first seven rest on
-
-    def asked(self, terms: tuple[str, ...]) -> float:
-        """What a model of these effects must be worth over the baseline, nats: the most that any of them asks for."""
-        by_kind = {"whole": self.named, "place": self.named_place, "table": self.named_table}
-        return max(by_kind[EFFECTS[name].kind()] for name in terms)
-
-    def asked_beside(self, less: tuple[str, ...], more: tuple[str, ...]) -> float:
-        """What the model of `more` must be worth over that of `less`, nats."""
-        return max(self.second, self.asked(tuple(set(more) - set(less))))
+    nulls: int = 0  # bundles with nothing missing that the first four rest on
 
 
 def read_thresholds(path: Path) -> Thresholds:
-    """A name and an excess ask for what the file has measured, a second name for what one at a place asks for; raises BadInput."""
+    """A name, an excess and a gain ask for what the file has measured; raises BadInput."""
     measured = read_data_file(path, Measured, SCHEMA)
     return Thresholds(
         named=measured.named,
-        named_place=measured.named_place,
-        named_table=measured.named_table,
-        second=max(measured.named, measured.named_place),
         misfit=measured.misfit,
         misfit_alone=measured.misfit_alone,
         gain=measured.gain,

@@ -14,8 +14,7 @@ from sim1.proof.score import Outcome
 from sim1.stage import BadInput, random_stream
 
 LEVEL = 0.05  # share of bundles with nothing missing that may exceed any of the thresholds, which share it evenly
-SHARED_BY = 6  # thresholds: a name's worth by three kinds of effect, two of misfit, and what any model gains
-KINDS = ("whole", "place", "table")  # of effects, see `Effect.kind`
+SHARED_BY = 4  # thresholds: a name's worth, two of misfit, and what any model gains
 LEAST = 10  # such bundles; fewer say nothing about one in twenty
 ROUND, ROUND_MISFIT = 5.0, 0.05  # upwards; nats, and mean squares
 RESAMPLES = 200
@@ -31,8 +30,8 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
     chaotic one may be called unknown.
 
     Raises:
-        BadInput: too few cases with nothing concealed, none with a table or none without, diagnosed by different code, or scored by code
-            that did not tell which models are steady.
+        BadInput: too few cases with nothing concealed, none with a table or none without, one during which the code changed, or one
+            scored by code that did not tell which models are steady.
     """
     nulls = [outcome for outcome in outcomes if outcome.kind == "null" and outcome.found is not None]
     if len(nulls) < LEAST or len({outcome.found.table for outcome in nulls}) < 2:
@@ -44,35 +43,26 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
         raise BadInput(
             f"outcomes/{untold[0]}.json, of {len(untold)} such: scored before it was told which models are steady; diagnose and score them by this code"
         )
-    codes = sorted({outcome.code_sha256 for outcome in nulls})
-    if len(codes) > 1 or any(outcome.code_changed for outcome in nulls):
-        raise BadInput(f"cases were diagnosed by {len(codes)} states of the code; calibrate with a campaign by one")
-    worths, places, tables = (
-        np.array([largest({name: one.found.worths[name] for name in one.found.steady}, kind) for one in nulls])
-        for kind in KINDS
-    )
+    changed = [outcome.case for outcome in nulls if outcome.code_changed]
+    if changed:
+        raise BadInput(f"outcomes/{changed[0]}.json: the code changed while it was diagnosed; diagnose it again")
+    worths = np.array([largest({name: one.found.worths[name] for name in one.found.steady}) for one in nulls])
     gains = np.array([max([0.0, *(one.found.gains[name] for name in one.found.established)]) for one in nulls])
-    table = np.array([outcome.found.table for outcome in nulls])
-    named = max(LEAST_NAMED, _most(worths))
     stream = random_stream(0, "calibration")
     again = [tail_of(stream.choice(worths, len(worths))) for _ in range(RESAMPLES)]
     low, high = np.quantile(again, [0.025, 0.975])
     return Measured(
-        named=named,
-        named_place=max(named, _most(places)),  # few cases may show nothing of a kind: no name is cheaper for that
-        named_table=max(named, _most(tables[table])),
+        named=max(LEAST_NAMED, _most(worths)),
         named_ci95=(round(float(low), 1), round(float(high), 1)),
         misfit=_above(level_of(np.array([one.found.misfit[0] for one in nulls]), norm), ROUND_MISFIT),
         misfit_alone=_above(level_of(np.array([one.found.misfit_alone for one in nulls])), ROUND_MISFIT),
         gain=_most(gains),
         level=LEVEL,
-        code_sha256=codes[0],
+        code_sha256=tuple(sorted({outcome.code_sha256 for outcome in nulls})),
         nulls=tuple(
             Null(
                 seed=one.seed,
                 worth=round(float(worths[k]), 1),
-                worth_place=round(float(places[k]), 1),
-                worth_table=round(float(tables[k]), 1),
                 misfit=round(one.found.misfit[0], 3),
                 misfit_alone=round(one.found.misfit_alone, 3),
                 gain=round(float(gains[k]), 1),
@@ -93,9 +83,9 @@ def _above(value: float, step: float) -> float:
     return round(float(step * np.ceil(value / step)), 6)
 
 
-def largest(worths: dict[str, float], kind: str) -> float:
-    """Of the models with one effect, of one kind; 0 where none gained anything."""
-    return max([0.0, *(worth for name, worth in worths.items() if name in EFFECTS and EFFECTS[name].kind() == kind)])
+def largest(worths: dict[str, float]) -> float:
+    """Of the models with one effect; 0 where none gained anything."""
+    return max([0.0, *(worth for name, worth in worths.items() if name in EFFECTS)])
 
 
 def tail_of(nats: np.ndarray) -> float:
@@ -125,7 +115,7 @@ def level_of(squares: np.ndarray, family: rv_continuous = gumbel_r) -> float:
 def write_thresholds(path: Path, measured: Measured) -> None:
     """Write the file that `sim1.mismatch.thresholds` reads."""
     fields = asdict(measured)
-    fields["nulls"], fields["named_ci95"] = [asdict(null) for null in measured.nulls], list(measured.named_ci95)
+    fields |= {name: list(fields[name]) for name in ("nulls", "named_ci95", "code_sha256")}
     part = path.with_name(f"{path.name}.part")
     part.write_text(yaml.safe_dump({"schema": SCHEMA, **fields}, sort_keys=False))
     part.replace(path)

@@ -18,13 +18,12 @@ def test_an_effect_stands_in_the_table_with_how_it_shows(name):
 def test_thresholds_are_those_in_force():
     asked = THRESHOLDS
     for said in (
-        f"a model is worth {asked.named:g} nats; {asked.named_place:g} with an effect at a place that is searched, "
-        f"{asked.named_table:g} with one that acts through the table; or it gains {asked.gain:g} nats, however often",
+        f"a model is worth {asked.named:g} nats",
         f"gains {asked.second_share:.0%} of what the other gains".replace("%", " %"),
         f"the baseline's misfit is {asked.misfit:g} or more, or {asked.misfit_alone:g} in one recording |",
         f"from {asked.doubtful:g} of that on",
         f"its unsteadiness is at most {asked.unsteady:g}",
-        f"adds {asked.second:g} to what the other is worth",
+        f"adds {asked.named:g} to what the other is worth",
         f"more than {asked.steady:g} times",
         f"within {asked.margin:g} nats or {asked.margin_share:.1%} of its gain".replace("%", " %"),
         f"it explains {asked.explained:g} of the excess",

@@ -76,13 +76,6 @@ class Effect:
         return {c.name: (c.low, c.high) for c in cls.coefficients} | cls.limits
 
     @classmethod
-    def kind(cls) -> str:
-        """What it acts through, as far as it decides how often chance looks like it: a `place` that is searched, the `table`, or all else."""
-        if cls.on_table:
-            return "table"
-        return "place" if any(c.name == "centre_u" for c in cls.coefficients) else "whole"
-
-    @classmethod
     def alter(cls, world: World, values: dict[str, float]) -> World:
         """The world with this effect; `values` by name of coefficient."""
         raise NotImplementedError
