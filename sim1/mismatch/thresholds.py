@@ -44,8 +44,8 @@ class Thresholds:
     misfit: float  # mean squared residual, in units of its variance, from which something is missing
     misfit_alone: float  # the same of one recording
     gain: float  # of an established model, from which something is missing though nothing is worth a name
-    # Of what the first gains that another must gain beside it: its formula may be off by a tenth.
-    second_share: float = 0.01
+    # Of what the first gains that another must gain beside it: its formula may be off by a sixth.
+    second_share: float = 0.03
     doubtful: float = 0.4  # of what a second is asked for, from which motion held out is asked whether another is there
     margin: float = 8.0  # over the runner-up
     margin_share: float = 0.002  # and in units of its own gain

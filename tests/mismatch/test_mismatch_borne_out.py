@@ -51,7 +51,7 @@ def test_of_a_pair_that_motion_held_out_speaks_against_the_better_part_stays(unk
 
 
 def test_what_motion_held_out_says_against_a_second_is_no_part_of_how_much_fits_gain_beside_the_first(unknowns):
-    """Case 4 of the campaign that was left: markers late by an actuator's lag gain 16765 nats and adhesion beside it 629, of 168 that are asked."""
+    """Case 4 of the campaign that was left: markers late by an actuator's lag gain 16765 nats and adhesion beside it 629, of 503 that are asked."""
     pair, first = ("actuator_lag", "adhesion"), ("actuator_lag",)
     pool = pool_of(unknowns, {first: 16765.0, pair: 16765.0 + 629.0})
     found = decide(pool, THRESHOLDS)
