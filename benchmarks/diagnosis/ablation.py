@@ -9,14 +9,13 @@
 | not orthogonal | and what the baseline's parameters can imitate is left in the fingerprints |
 """
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.diagnosis.asked import answers_of, bundle_of
+from benchmarks.diagnosis.asked import each_once
 from sim1.cloth.precise.world import World
 from sim1.mismatch.contest import contest
 from sim1.mismatch.decide import Decision, decide
@@ -29,7 +28,7 @@ from sim1.mismatch.search import Unknowns, baseline
 from sim1.mismatch.thresholds import THRESHOLDS
 from sim1.proof.answers import kind_of
 from sim1.proof.score import is_right
-from sim1.recording.bundle import Bundle, read_bundle
+from sim1.recording.bundle import Bundle
 
 COLUMNS = ("whole", "no veto", "nothing measured", "screening alone", "not orthogonal")
 Said = tuple[str, tuple[str, ...]]  # verdict, names
@@ -52,16 +51,8 @@ def ablation(folders: list[Path], out: Path, tell: Callable[[str], None]) -> str
     Writes OUT/CASE.json after each case, and asks no case twice.
     """
     rows, right = [], dict.fromkeys(COLUMNS, 0)
-    given = [(folder, answers_of(folder)) for folder in folders]  # what is missing is told before hours of work
-    for folder, answers in given:
-        path = out / f"{folder.name}.json"
-        if not path.is_file():
-            out.mkdir(parents=True, exist_ok=True)
-            part = path.with_name(f"{path.name}.part")
-            part.write_text(json.dumps(_said(read_bundle(bundle_of(folder)))))
-            part.replace(path)
-            tell(f"{folder.name}: done")
-        said = {label: (verdict, tuple(names)) for label, (verdict, names) in json.loads(path.read_text()).items()}
+    for answers, found in each_once(folders, out, _said, tell):
+        said = {label: (verdict, tuple(names)) for label, (verdict, names) in found.items()}
         concealed = tuple(effect.name for effect in answers.effects)
         cells = []
         for label in COLUMNS:

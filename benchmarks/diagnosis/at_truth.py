@@ -1,11 +1,10 @@
 """The identification simulator with the true parameters beside the recordings: what is left is noise, or what the simulator gets wrong."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.diagnosis.asked import answers_path, bundle_of
+from benchmarks.diagnosis.asked import answers_of, bundle_of
 from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.pull import Goals, Pull
 from sim1.cloth.precise.scene import prepare
@@ -14,6 +13,7 @@ from sim1.cloth.precise.world import World
 from sim1.mismatch.compare import Observed, block_noise_m, observe
 from sim1.mismatch.engine import FINE_STEP_S, FOLLOW_HZ
 from sim1.mismatch.search import baseline
+from sim1.proof.answers import Answers
 from sim1.recording.bundle import Bundle, Recording, read_bundle
 
 KINDS = {"as given, free": (0, 0.0), "as given": (0, FOLLOW_HZ), "refined, free": (1, 0.0), "refined": (1, FOLLOW_HZ)}
@@ -25,7 +25,7 @@ def at_truth(folder: Path) -> str:
     Places of grips that the bundle does not give are estimated from the markers at rest, not true.
     """
     bundle = read_bundle(bundle_of(folder))
-    world = _true_world(bundle, json.loads(answers_path(folder).read_text()))
+    world = _true_world(bundle, answers_of(folder))
     observed = [observe(recording) for recording in bundle.recordings]
     noise = block_noise_m(observed, list(bundle.recordings)) or float("nan")
     lines = [
@@ -40,12 +40,12 @@ def at_truth(folder: Path) -> str:
     return "\n".join(lines)
 
 
-def _true_world(bundle: Bundle, answers: dict) -> World:
-    unknowns, true = baseline(bundle), answers["baseline"]
+def _true_world(bundle: Bundle, answers: Answers) -> World:
+    unknowns, true = baseline(bundle), answers.baseline
     world = unknowns.world(np.array([c.z(true[c.name]) if c.name in true else 0.0 for c in unknowns.nominal]))
-    for effect in answers["effects"]:
-        if effect["name"] in EFFECTS:
-            world = EFFECTS[effect["name"]](**effect["parameters"]).act(world)
+    for effect in answers.effects:
+        if effect.name in EFFECTS:
+            world = EFFECTS[effect.name](**effect.parameters).act(world)
     return world
 
 

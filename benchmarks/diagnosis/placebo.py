@@ -4,7 +4,6 @@ What gains because it is one more thing to fit gains as much with a fingerprint 
 concealed does not. What acts alike at all times, or on all markers, is no placebo of itself when these are mixed: a tilt of gravity stays one.
 """
 
-import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,14 +11,14 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from benchmarks.diagnosis.asked import answers_of, bundle_of
+from benchmarks.diagnosis.asked import each_once
 from sim1.cloth.precise.world import World
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.heldout import held_out
 from sim1.mismatch.models import calibrate
 from sim1.mismatch.screen import screen, site_of
 from sim1.mismatch.search import baseline
-from sim1.recording.bundle import Bundle, read_bundle
+from sim1.recording.bundle import Bundle
 
 KINDS = ("time", "places", "directions")
 SHIFTED = (0.25, 0.75)  # of a recording, by which fingerprints come late; what leaves at its end enters at its start
@@ -59,7 +58,7 @@ class Mixing(Engine):
         chance, told = np.random.default_rng(seed), {}
         for name, run in self._markers(worlds, names).items():
             one = self.observed(name)
-            moved_m = np.zeros((len(steps), *one.kept.shape))
+            moved_m = np.zeros((len(steps), *one.kept.shape))  # where a marker was not seen, nothing moves
             moved_m[:, one.kept] = one.reduce((run[1:] - run[0]) / steps[:, None, None, None])
             told[name] = one.white(mixed(moved_m, kind, chance)[:, one.kept].T)
         return told
@@ -85,21 +84,12 @@ def placebos(folders: list[Path], out: Path, tell: Callable[[str], None], seed: 
 
     Writes OUT/CASE.json after each case, and asks no case twice.
     """
-    given = [(folder, answers_of(folder)) for folder in folders]  # what is missing is told before hours of work
     lines = [
         f"| concealed | its own | best of the others | {' | '.join(f'best with {kind} mixed' for kind in KINDS)} |",
         "| --- " * (3 + len(KINDS)) + "|",
     ]
     lost, asked = dict.fromkeys(KINDS, 0), 0
-    for folder, answers in given:
-        path = out / f"{folder.name}.json"
-        if not path.is_file():
-            out.mkdir(parents=True, exist_ok=True)
-            part = path.with_name(f"{path.name}.part")
-            part.write_text(json.dumps(gains(read_bundle(bundle_of(folder)), seed)))
-            part.replace(path)
-            tell(f"{folder.name}: done")
-        found = json.loads(path.read_text())
+    for answers, found in each_once(folders, out, lambda bundle: gains(bundle, seed), tell):
         concealed = [effect.name for effect in answers.effects]
         own = [found["true"][name] for name in concealed if name in found["true"]]
         others = [gain for name, gain in found["true"].items() if name not in concealed]

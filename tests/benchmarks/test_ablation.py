@@ -5,7 +5,9 @@ import json
 import pytest
 
 from benchmarks.diagnosis import ablation as of
+from benchmarks.diagnosis import asked as asked_about
 from benchmarks.diagnosis.ablation import COLUMNS, ablation
+from sim1.stage import BadInput
 
 
 def folder(tmp_path, name, *effects):
@@ -30,7 +32,7 @@ def test_right_answers_are_counted_by_variant_and_no_case_is_asked_twice(tmp_pat
         asked.append(name)
         return dict.fromkeys(COLUMNS, says[name]) | {"screening alone": ("named", ("air_drag",))}
 
-    monkeypatch.setattr(of, "read_bundle", lambda path: path.parent.name)
+    monkeypatch.setattr(asked_about, "read_bundle", lambda path: path.parent.name)
     monkeypatch.setattr(of, "_said", said)
     folders = [folder(tmp_path, "drag", "air_drag"), folder(tmp_path, "strange", "magnet"), folder(tmp_path, "nothing")]
     for _ in range(2):
@@ -42,7 +44,7 @@ def test_right_answers_are_counted_by_variant_and_no_case_is_asked_twice(tmp_pat
 
 
 def test_a_case_without_answers_is_told_before_any_is_diagnosed(tmp_path, monkeypatch):
-    monkeypatch.setattr(of, "read_bundle", lambda path: pytest.fail("diagnosed"))
+    monkeypatch.setattr(asked_about, "read_bundle", lambda path: pytest.fail("diagnosed"))
     (tmp_path / "bare").mkdir()
-    with pytest.raises(FileNotFoundError, match="bare"):
+    with pytest.raises(BadInput, match=r"bare/answers\.json: not readable as answers"):
         ablation([folder(tmp_path, "drag", "air_drag"), tmp_path / "bare"], tmp_path / "out", lambda line: None)

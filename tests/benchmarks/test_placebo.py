@@ -1,12 +1,14 @@
 """Placebos of the diagnosis: fingerprints with their time, places or directions mixed up, screened beside the true ones."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
 
+from benchmarks.diagnosis import asked as asked_about
 from benchmarks.diagnosis import placebo as of
-from benchmarks.diagnosis.asked import answers_path, bundle_of
+from benchmarks.diagnosis.asked import answers_of, bundle_of
 from benchmarks.diagnosis.placebo import KINDS, mixed, placebos
 
 MOVED_M = np.random.default_rng(1).normal(size=(2, 20, 5, 3))  # twins, blocks, markers, axes
@@ -53,7 +55,7 @@ def test_what_was_concealed_is_set_against_the_best_placebo_of_each_kind_and_no_
         true = {"air_drag": 90.0 if name == "drag" else 3.0, "wind": 40.0}
         return {"true": true, "time": {"wind": 20.0}, "places": {"wind": 95.0}, "directions": {"air_drag": 4.0}}
 
-    monkeypatch.setattr(of, "read_bundle", lambda path: path.name)
+    monkeypatch.setattr(asked_about, "read_bundle", lambda path: path.name)
     monkeypatch.setattr(of, "gains", gains)
     folders = [folder(tmp_path, "drag", "air_drag"), folder(tmp_path, "nothing")]
     for _ in range(2):
@@ -66,9 +68,12 @@ def test_what_was_concealed_is_set_against_the_best_placebo_of_each_kind_and_no_
 
 
 def test_cases_are_those_of_the_laboratory_or_of_a_campaign(tmp_path):
-    (tmp_path / "case" / "bundle").mkdir(parents=True)
-    assert bundle_of(tmp_path / "case") == tmp_path / "case" / "bundle"
-    assert answers_path(tmp_path / "case") == tmp_path / "case" / "answers.json"
-    (tmp_path / "bundles" / "case_007").mkdir(parents=True)
-    assert bundle_of(tmp_path / "bundles" / "case_007") == tmp_path / "bundles" / "case_007"
-    assert answers_path(tmp_path / "bundles" / "case_007") == tmp_path / "answers" / "case_007.json"
+    case = folder(tmp_path, "case", "wind")
+    (case / "bundle").mkdir()
+    assert bundle_of(case) == case / "bundle"
+    of_campaign = tmp_path / "bundles" / "case_007"
+    of_campaign.mkdir(parents=True)
+    (tmp_path / "answers").mkdir()
+    shutil.copy(case / "answers.json", tmp_path / "answers" / "case_007.json")
+    assert bundle_of(of_campaign) == of_campaign
+    assert answers_of(of_campaign) == answers_of(case)
