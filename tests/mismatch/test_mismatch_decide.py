@@ -130,7 +130,7 @@ def test_what_gains_more_than_nothing_missing_ever_does_is_no_nothing(unknowns, 
 
 
 def test_what_gains_much_and_is_worth_little_is_something_missing_and_no_name(unknowns, monkeypatch):
-    """A piece that dries makes a heavy place gain 535 nats, about alike from second to second, that count an error a hundred times."""
+    """A piece that dries makes a heavy place gain 535 nats, about alike from second to second, that count one error again and again."""
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 100.0)
     monkeypatch.setattr("sim1.mismatch.decide.unsteadiness", lambda fit, base: 0.9 * THRESHOLDS.unsteady)
     heavy = ("heavy_region",)
