@@ -68,7 +68,7 @@ def test_the_files_read_back_and_the_page_says_the_verdict(dragged):
 @pytest.mark.slow
 def test_an_oracle_that_is_told_of_the_drag_has_nothing_more_to_gain(dragged):
     bundle, _, verdict, _ = dragged
-    told_m = heldout_m(bundle, {"air_drag": {"c_normal": 3.0, "c_tangential": 0.0}}, {"area_density_kg_m2": 0.2})
+    told_m, _ = heldout_m(bundle, {"air_drag": {"c_normal": 3.0, "c_tangential": 0.0}}, {"area_density_kg_m2": 0.2})
     assert verdict.rmse_m.augmented.heldout == pytest.approx(told_m, rel=0.1)
 
 
@@ -204,3 +204,10 @@ def test_what_is_late_by_a_good_part_of_a_swing_is_named_and_not_imitated_by_a_s
     fit = found.chosen.fit
     assert list(fit.unknowns.values(0, fit.z).values()) == pytest.approx([late_s], abs=0.005)
     assert found.rmse_m["augmented"]["heldout"] < 0.05 * found.rmse_m["baseline"]["heldout"]
+
+
+@pytest.mark.slow
+def test_two_effects_at_once_are_both_named_and_no_other():
+    found = diagnose(filmed(empty_bundle(), air_normal=3.0, lag_s=0.03))
+    assert (found.verdict, sorted(found.chosen.terms)) == ("named", ["actuator_lag", "air_drag"])
+    assert found.rmse_m["augmented"]["heldout"] < 0.2 * found.rmse_m["baseline"]["heldout"]

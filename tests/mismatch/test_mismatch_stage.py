@@ -96,6 +96,11 @@ def test_concealed_parameters_lie_in_their_intervals(airless):
     for name in ("stretch_n_m", "bending_n_m", "damping_s", "area_density_kg_m2"):
         low, high = getattr(physics, name).ci95
         assert low <= getattr(truth, name) <= high, name
+        assert 0.0 < low < high < np.inf, name
+    low, high = physics.bending_n_m.ci95
+    assert (
+        np.log(high / low) < 0.5 * 2 * 1.96 * FABRIC["bending_n_m"]["log_std"]
+    )  # recordings told more than the data sheet
 
 
 def test_the_fit_improves_on_the_prior_where_motion_tells(airless):
