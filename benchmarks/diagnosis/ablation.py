@@ -51,7 +51,7 @@ def ablation(folders: list[Path], out: Path, tell: Callable[[str], None]) -> str
     Writes OUT/CASE.json after each case, and asks no case twice.
     """
     rows, right = [], dict.fromkeys(COLUMNS, 0)
-    for answers, found in each_once(folders, out, _said, tell):
+    for answers, found in each_once(folders, out, "with parts left out", _said, tell):
         said = {label: (verdict, tuple(names)) for label, (verdict, names) in found.items()}
         concealed = tuple(effect.name for effect in answers.effects)
         cells = []

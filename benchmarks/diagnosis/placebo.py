@@ -89,7 +89,7 @@ def placebos(folders: list[Path], out: Path, tell: Callable[[str], None], seed: 
         "| --- " * (3 + len(KINDS)) + "|",
     ]
     lost, asked = dict.fromkeys(KINDS, 0), 0
-    for answers, found in each_once(folders, out, lambda bundle: gains(bundle, seed), tell):
+    for answers, found in each_once(folders, out, f"placebos of seed {seed}", lambda bundle: gains(bundle, seed), tell):
         concealed = [effect.name for effect in answers.effects]
         own = [found["true"][name] for name in concealed if name in found["true"]]
         others = [gain for name, gain in found["true"].items() if name not in concealed]

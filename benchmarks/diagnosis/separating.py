@@ -1,7 +1,9 @@
 """Does the recording that a report asks for settle what it could not tell? The same cloth without and with it."""
 
+import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -10,6 +12,7 @@ from benchmarks.concealed.make import make
 from sim1.mismatch.findings import run_diagnosis
 from sim1.mismatch.summary import read_summary
 from sim1.mismatch.verdict import Verdict
+from sim1.stage import BadInput
 
 
 def separate(
@@ -18,9 +21,14 @@ def separate(
     """Film `motions` and `adding` once, diagnose the bundle without and with `adding`; a Markdown table of both verdicts.
 
     Writes OUT/with, OUT/without (bundles), OUT/answers.json and what each diagnosis wrote; films that are there are kept.
+
+    Raises:
+        BadInput: the films that are there are of something else.
     """
     whole, less = out / "with", out / "without"
-    if not (out / "answers.json").is_file():
+    if (out / "answers.json").is_file():
+        refuse_others(out, {"effects": [effect], "strength": strength, "seed": seed}, (*motions, *adding))
+    else:
         make(Case((effect,), strength, seed, (*motions, *adding)), whole, out / "answers.json")
     without_last(whole, less, keep=len(motions))
     lines = [
@@ -33,6 +41,17 @@ def separate(
         found = run_diagnosis(bundle, out / f"found_{label}", lambda share, what: None)
         lines.append(f"| {label} | {_called(found)} | {_ranked(out / f'found_{label}')} | {found.next_experiment} |")
     return "\n".join(lines)
+
+
+def refuse_others(out: Path, asked: dict[str, Any], motions: tuple[str, ...]) -> None:
+    """Raises BadInput where OUT/answers.json and OUT/with are of another case, or show other motions."""
+    case = json.loads((out / "answers.json").read_text())["case"]
+    listed = yaml.safe_load((out / "with" / "bundle.yaml").read_text())["recordings"]
+    filmed = tuple(one["name"].rpartition("_")[0] for one in listed)
+    if case != asked or filmed != motions:
+        raise BadInput(
+            f"{out} holds films of {case}, {', '.join(filmed)}; asked is {asked}, {', '.join(motions)}: give another folder for --out"
+        )
 
 
 def without_last(whole: Path, less: Path, keep: int) -> None:
