@@ -57,16 +57,19 @@ def judge(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
     goes with a campaign from machine to machine.
 
     Raises:
-        OtherCode: the case was diagnosed by code that wrote other files; nothing is changed.
+        OtherCode: the case was diagnosed by code that wrote other files.
     """
+    return _carried(files, drawn, record.case) if files.carried(record.case) else _scored(files, drawn, record)
+
+
+def keep(files: Files, record: Record, judged: Outcome | NotScored) -> None:
+    """Store an outcome beside its campaign, which the caller has locked; one that holds no more is removed."""
     if files.carried(record.case):
-        return _carried(files, drawn, record.case)
-    judged = _scored(files, drawn, record)
+        return
     if isinstance(judged, Outcome):
         write_whole(files.outcome(record.case), judged)
     elif record.step == "diagnose":  # what was scored before answers changed must not come back once they are gone
         files.outcome(record.case).unlink(missing_ok=True)
-    return judged
 
 
 def _scored(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:

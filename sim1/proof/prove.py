@@ -5,7 +5,7 @@ from contextlib import closing
 
 from sim1.proof.campaign import Campaign, run_campaign
 from sim1.proof.files import Record
-from sim1.proof.proof import NotScored, Proof, judge
+from sim1.proof.proof import NotScored, Proof, judge, keep
 from sim1.proof.report import rewrite, write_proof
 from sim1.proof.score import Outcome
 
@@ -25,6 +25,7 @@ def prove(campaign: Campaign, *, only_films: bool = False) -> Proof:
         for record in ended:
             records.append(record)
             judged.append(judge(files, drawn, record))
+            keep(files, record, judged[-1])
             if record.case in before and record.step == "diagnose":
                 continue
             write_proof(files, drawn, records, judged)

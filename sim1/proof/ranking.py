@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 
+from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.summary import Summary
 
 BASELINE = "the baseline"  # what a ranking calls the model without effects
@@ -12,10 +13,12 @@ JOINT = " with "  # between the effects of a ranked model
 def over_limit(summary: Summary, effect: str, given: Mapping[str, float]) -> float | None:
     """How strong a concealed effect is, in units of the strength from which the diagnosis foretold that it would show.
 
-    Several strengths count by the root of their squares' sum, as they add to what is gained; factors by their logarithms; one that
+    `given` holds its parameters as they are published, from which the coefficients that are searched follow where all are there. Several strengths count by the root of their squares' sum, as they add to what is gained; factors by their logarithms; one that
     shows at no strength counts nothing. None: the answers hold no coefficient of which a limit was asked.
     """
     parts = []
+    if effect in EFFECTS and set(EFFECTS[effect].units()) <= set(given):
+        given = EFFECTS[effect].searched(dict(given))
     for row in summary.detectable:
         if row.effect == effect and row.coefficient in given:
             there = given[row.coefficient]

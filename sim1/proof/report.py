@@ -5,37 +5,46 @@ from collections.abc import Sequence
 from sim1.proof.campaign import lost_record, read_record
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.page import write_page
-from sim1.proof.proof import NotScored, Proof, judge, proof_of
+from sim1.proof.proof import NotScored, Proof, judge, keep, proof_of
 from sim1.proof.score import Outcome
 from sim1.proof.start import read_campaign
 from sim1.stage import BadInput
 
 
 def scored(files: Files) -> Proof:
-    """What is known of a campaign, scored again; nothing is written.
+    """What is known of a campaign, scored again; nothing is written, as another process may be at work on it.
 
     Raises:
         BadInput: no campaign, or its list or commitments are damaged.
     """
+    drawn, records, judged, lost = _again(files)
+    return proof_of(files, drawn, records, [*judged, *lost])
+
+
+def rewrite(files: Files) -> Proof:
+    """Score again what is there, and write outcomes and both files; the campaign is locked by the caller. Raises as `scored` does."""
+    drawn, records, judged, lost = _again(files)
+    for record, one in zip(records, judged, strict=True):
+        keep(files, record, one)
+    return _written(files, proof_of(files, drawn, records, [*judged, *lost]))
+
+
+def _again(files: Files) -> tuple[Drawn, list[Record], list[Outcome | NotScored], list[NotScored]]:
+    """The list, records and what each case is worth; last, cases whose record is lost."""
     drawn = read_campaign(files)
-    records, judged = [], []
+    records, judged, lost = [], [], []
     for case in case_names(len(drawn.cases)):
         try:
             record = read_record(files, case)
         except BadInput as damage:
-            judged.append(NotScored(case=case, why=str(damage)))
+            lost.append(NotScored(case=case, why=str(damage)))
             continue
         if record is not None:
             records.append(record)
             judged.append(judge(files, drawn, record))
         elif files.outcome(case).is_file():
-            judged.append(NotScored(case=case, why=lost_record(files, case)))
-    return proof_of(files, drawn, records, judged)
-
-
-def rewrite(files: Files) -> Proof:
-    """Score again what is there and write both files; raises as `scored` does."""
-    return _written(files, scored(files))
+            lost.append(NotScored(case=case, why=lost_record(files, case)))
+    return drawn, records, judged, lost
 
 
 def write_proof(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequence[Outcome | NotScored]) -> Proof:

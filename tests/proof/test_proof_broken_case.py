@@ -10,7 +10,7 @@ from proof_stand_ins import DRAG, NULL, SHRUNK, campaign, unsealed
 
 from sim1.proof.ledger import hashes
 from sim1.proof.prove import prove
-from sim1.proof.report import rewrite
+from sim1.proof.report import rewrite, scored
 
 
 def made(folder, cases=(DRAG, NULL), diagnosis=None, prediction=None):
@@ -164,3 +164,17 @@ def test_a_model_that_foretells_nothing_is_listed_with_the_reason(tmp_path):
     assert "<td>case_001 (no simulation with what was named)</td>" in page
     assert "<strong>no simulation with what was named</strong>: ended with 1: no next state at 0.7 s" in page
     assert "no simulation in half of them or more" in page
+
+
+def test_a_campaign_that_is_only_asked_for_its_score_is_left_as_it_is(tmp_path):
+    """Thresholds are calibrated with the cases of campaigns on which other processes may be at work."""
+    work, _ = made(tmp_path)
+    unsealed(work.files.root)
+    gone, harmed = work.files.outcome("case_001"), work.files.outcome("case_002")
+    gone.unlink()
+    harmed.write_text("{")
+    before = {path: path.stat().st_mtime_ns for path in work.files.root.rglob("*")}
+    assert [one.case for one in scored(work.files).outcomes] == ["case_001", "case_002"]
+    assert {path: path.stat().st_mtime_ns for path in work.files.root.rglob("*")} == before
+    rewrite(work.files)
+    assert gone.is_file()

@@ -142,11 +142,12 @@ def test_what_was_gained_held_out_is_set_against_what_an_oracle_gains():
 
 def limits(**least):
     """A summary's limits; names end in what is absent: `_0` or `_1`."""
-    rows = [
-        Shown(effect="it", coefficient=name[:-2], unit="1", absent=float(name[-1]), least=value)
-        for name, value in least.items()
-    ]
+    rows = [shown("it", name[:-2], absent=float(name[-1]), least=value) for name, value in least.items()]
     return SimpleNamespace(detectable=rows)
+
+
+def shown(effect, coefficient, absent, least):
+    return Shown(effect=effect, coefficient=coefficient, unit="1", absent=absent, least=least)
 
 
 def test_strength_is_told_in_units_of_what_would_show():
@@ -157,6 +158,13 @@ def test_strength_is_told_in_units_of_what_would_show():
     assert over_limit(limits(a_0=None), "it", {"a": 6.0}) == 0.0
     assert over_limit(limits(a_0=1.0), "it", {"another": 6.0}) is None
     assert over_limit(limits(a_0=1.0), "wind", {"a": 6.0}) is None
+
+
+def test_strength_is_told_where_a_search_has_other_coefficients_than_a_model_file():
+    softer = SimpleNamespace(detectable=[shown("grip_compliance", "compliance", absent=0.0, least=1 / 500)])
+    assert over_limit(softer, "grip_compliance", {"stiffness": 200.0}) == pytest.approx(2.5)
+    uneven = SimpleNamespace(detectable=[shown("anisotropic_friction", "ratio", absent=1.0, least=1.5)])
+    assert over_limit(uneven, "anisotropic_friction", {"mu_x": 0.9, "mu_y": 0.4}) == pytest.approx(2.0)
 
 
 def test_strong_and_weak_effects_are_counted_apart():
