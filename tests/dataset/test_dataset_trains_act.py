@@ -35,7 +35,7 @@ def test_act_learns_in_a_hundred_steps_from_twenty_episodes_that_lerobot_reads(t
     episodes = list(range(EPISODES))
     plan = TrainingPlan(steps=STEPS, batch=8, seed=0)
     statistics = training_statistics(data, episodes)
-    trained, losses = train(data, episodes, config, None, statistics, plan, tmp_path / "training")
+    trained, losses = train(data, episodes, config, None, (), statistics, plan, tmp_path / "training")
     assert len(losses) == STEPS
     assert np.mean(losses[-10:]) < 0.5 * np.mean(losses[:10])
 
