@@ -42,27 +42,33 @@ def trace(instance: DagsterInstance, graph: Graph, node: Node, key: Key) -> dict
     """
     found: dict[str, Ancestor] = {}
 
-    def visit(node: Node, key: Key, version: str | None) -> None:
+    def visit(node: Node, key: Key, version: str | None, before: int | None) -> None:
         name = label(node, key)
         if name in found:
             return
-        found[name] = ancestor = _read(instance, node, key, version)
-        for input_, parent_version in ancestor.made_from.items():
+        found[name], event = _read(instance, node, key, version, before)
+        for input_, parent_version in found[name].made_from.items():
             id_, parent_key = _split(graph, input_.split(":", 1)[1])
-            visit(graph.nodes[id_], parent_key, parent_version)
+            visit(graph.nodes[id_], parent_key, parent_version, event)
 
-    visit(node, key, None)
+    visit(node, key, None, None)
     return found
 
 
-def _read(instance: DagsterInstance, node: Node, key: Key, version: str | None) -> Ancestor:
-    wanted = AssetRecordsFilter(asset_key=asset_key(node), asset_partitions=[key] if key else None)
-    for materialization, run_id in _history(instance, wanted):
+def _read(
+    instance: DagsterInstance, node: Node, key: Key, version: str | None, before: int | None
+) -> tuple[Ancestor, int]:
+    """The latest materialization, of data version `version` and before event `before` where given; and its event."""
+    wanted = AssetRecordsFilter(
+        asset_key=asset_key(node), asset_partitions=[key] if key else None, before_storage_id=before
+    )
+    for event in _history(instance, wanted):
+        materialization = event.asset_materialization
         tags = materialization.tags or {}
         if version is None or tags.get(VERSION_TAG) == version:
             record = materialization.metadata["record"].value
             parts = record["parts"]
-            return Ancestor(
+            ancestor = Ancestor(
                 asset=node.id,
                 stage=node.stage.name,
                 garment=key,
@@ -75,19 +81,19 @@ def _read(instance: DagsterInstance, node: Node, key: Key, version: str | None) 
                 sources=parts["sources"],
                 made_from=parts["made_from"],
                 seconds=record["seconds"],
-                run_id=run_id,
+                run_id=event.run_id,
             )
+            return ancestor, event.storage_id
     raise LookupError(
         f"{label(node, key)}: " + ("was never made; sim1 run" if version is None else f"no record of version {version}")
     )
 
 
-def _history(instance: DagsterInstance, wanted: AssetRecordsFilter) -> Iterator[tuple[Any, str]]:
+def _history(instance: DagsterInstance, wanted: AssetRecordsFilter) -> Iterator[dg.EventLogRecord]:
     cursor = None
     while True:
         page = instance.fetch_materializations(wanted, limit=50, cursor=cursor)
-        for record in page.records:
-            yield record.asset_materialization, record.run_id
+        yield from page.records
         if not page.has_more:
             return
         cursor = page.cursor
@@ -142,9 +148,17 @@ def _settings(here: Ancestor | None, there: Ancestor | None) -> dict[str, list[A
 
 
 def print_audit(home: Home, graph: Graph, asset: str, against: str | None, *, as_json: bool) -> None:
-    """Print the ancestry of `asset`, or its difference from that of the same stage in variant `against`."""
+    """Print the ancestry of `asset`, or its difference from that of the same stage in variant `against`.
+
+    Raises:
+        LookupError: no such artifact or variant, a garment is missing or too much, or a record is gone.
+    """
     id_, key = _split(graph, asset)
     node = graph.nodes[id_]
+    if node.per and not key:
+        raise LookupError(f"{id_}: every garment has its own; sim1 audit {id_}/GARMENT, of {home.garments()}")
+    if key and not node.per:
+        raise LookupError(f"{asset}: {id_} exists once for all garments; sim1 audit {id_}")
     with dg.DagsterInstance.get() as instance:
         ancestry = trace(instance, graph, node, key)
         if against is not None:

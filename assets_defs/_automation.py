@@ -7,7 +7,7 @@ import dagster as dg
 from dagster._core.definitions.events import AssetKeyPartitionKey  # no public name in dagster 1.13
 
 from assets_defs._recipe import Snapshot
-from pipeline import Graph, Home
+from pipeline import Graph, Home, load_graph
 
 
 class RecipeChanged(dg.AutomationCondition):
@@ -17,8 +17,8 @@ class RecipeChanged(dg.AutomationCondition):
     force is left alone until the recipe changes or a person starts it.
     """
 
-    def __init__(self, graph: Graph, home: Home):
-        self._graph, self._home = graph, home
+    def __init__(self, home: Home):
+        self._home = home
 
     @property
     def name(self) -> str:
@@ -26,11 +26,11 @@ class RecipeChanged(dg.AutomationCondition):
 
     def evaluate(self, context: dg.AutomationContext) -> dg.AutomationResult:
         view = context.asset_graph_view
-        snapshot = _snapshots.at(view.effective_dt, view.instance, self._graph, self._home)
-        node = self._graph.nodes["/".join(context.key.path)]
+        snapshot = _snapshots.at(view.effective_dt, view.instance, self._home)
+        node = snapshot.graph.nodes.get("/".join(context.key.path))  # None: it is no more since the UI loaded the graph
         wanted = {
             AssetKeyPartitionKey(context.key, key)
-            for key in snapshot.keys(node)
+            for key in (snapshot.keys(node) if node else ())
             if _makeable(snapshot, node, key) and (key is None or key in _registered(view.instance))
         }
         subset = view.get_asset_subset_from_asset_partitions(context.key, wanted)
@@ -49,24 +49,27 @@ def _registered(instance: dg.DagsterInstance) -> set[str]:
 
 
 class _Snapshots:
-    """One reading of event log and sources for all conditions of a tick."""
+    """One reading of graph, event log and sources for all conditions of a tick.
+
+    The graph too: a run reads it when it starts, and by an older one what it made would never be fresh.
+    """
 
     def __init__(self):
         self._of: tuple[Any, Snapshot] | None = None
 
-    def at(self, tick: Any, instance: dg.DagsterInstance, graph: Graph, home: Home) -> Snapshot:
-        if self._of is None or self._of[0] != (tick, id(instance), id(graph)):
-            self._of = ((tick, id(instance), id(graph)), Snapshot(instance, graph, home))
+    def at(self, tick: Any, instance: dg.DagsterInstance, home: Home) -> Snapshot:
+        if self._of is None or self._of[0] != (tick, id(instance), home):
+            self._of = ((tick, id(instance), home), Snapshot(instance, load_graph(home), home))
         return self._of[1]
 
 
 _snapshots = _Snapshots()
 
 
-def condition(graph: Graph, home: Home) -> dg.AutomationCondition:
+def condition(home: Home) -> dg.AutomationCondition:
     """Recipe changed, and neither the artifact nor a parent is being made."""
     idle = ~dg.AutomationCondition.in_progress() & ~dg.AutomationCondition.any_deps_in_progress()
-    return RecipeChanged(graph, home) & idle
+    return RecipeChanged(home) & idle
 
 
 def automation_sensor() -> dg.AutomationConditionSensorDefinition:
@@ -103,7 +106,7 @@ def garment_sensor(home: Home) -> dg.SensorDefinition:
 
 
 def nightly(graph: Graph, home: Home) -> dg.ScheduleDefinition:
-    """At 02:00, what `sim1 run` does: make everything that is not fresh, by the same recipe."""
+    """At 02:00 UTC, what `sim1 run` does: make everything that is not fresh, by the same recipe."""
 
     @dg.op(description="Make every artifact that is not fresh; each one appears as a run of its own")
     def regenerate(context: dg.OpExecutionContext) -> None:
@@ -123,5 +126,5 @@ def nightly(graph: Graph, home: Home) -> dg.ScheduleDefinition:
         job=regenerate_all,
         cron_schedule="0 2 * * *",
         default_status=dg.DefaultScheduleStatus.STOPPED,
-        description="Incremental regeneration every night",
+        description="Incremental regeneration every night at 02:00 UTC",
     )

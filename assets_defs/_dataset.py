@@ -53,6 +53,7 @@ def merge(
 ) -> None:
     """One dataset of several with the same features and rate; with provenance, keypoints and limits where all have them."""
     from sim1.dataset import reshape
+    from sim1.dataset.beside import lacking
     from sim1.stage import BadInput
 
     if len(folders) < 2:
@@ -61,6 +62,9 @@ def merge(
         count = reshape.merge(folders, out)
     except BadInput as error:
         stop(str(error))
+    for folder in folders:
+        if lacks := lacking(folder):
+            print(f"{folder}: no {', '.join(lacks)}: what one dataset lacks, the whole lacks")
     print(f"{count} episodes in {out / 'lerobot'}")
 
 
@@ -73,6 +77,7 @@ def split(
 ) -> None:
     """Parts of a dataset; episodes that were made from a common demonstration stay together."""
     from sim1.dataset import reshape
+    from sim1.dataset.beside import PROVENANCE, lacking
     from sim1.stage import BadInput
 
     try:
@@ -85,6 +90,8 @@ def split(
         counts = reshape.split(folder, shares, out, seed)
     except BadInput as error:
         stop(str(error))
+    if PROVENANCE in lacking(folder):
+        print(f"{folder}: no provenance: every episode was split by itself, also from others of its demonstration")
     for name, count in counts.items():
         print(f"{count} episodes in {out / name / 'lerobot'}")
 

@@ -21,14 +21,31 @@ def digest_file(path: Path) -> str:
 
 
 def content_files(path: Path) -> Iterator[tuple[str, Path]]:
-    """Names and paths of a folder's files, in order; a file counts as a folder of itself."""
+    """Names and paths of a folder's files, in order; a file counts as a folder of itself.
+
+    Links are followed, as stages follow them: what they lead to is content of the folder.
+    """
     if path.is_file():
         yield path.name, path
         return
-    for file in sorted(path.rglob("*")):
+    for file in sorted(_files_below(path)):
         name = file.relative_to(path).as_posix()
-        if file.is_file() and name != RECORD and not file.name.startswith("."):
+        if name != RECORD and not file.name.startswith("."):
             yield name, file
+
+
+def _files_below(folder: Path, above: tuple[tuple[int, int], ...] = ()) -> Iterator[Path]:
+    try:
+        stat, inside = folder.stat(), list(folder.iterdir())
+    except OSError:  # gone meanwhile, or not ours to read, as `lost+found` of a drive
+        return
+    if (itself := (stat.st_dev, stat.st_ino)) in above:  # a link back, below which all comes again
+        return
+    for path in inside:
+        if path.is_dir():
+            yield from _files_below(path, (*above, itself))
+        elif path.is_file():
+            yield path
 
 
 def digest_files(files: dict[str, str]) -> str:

@@ -39,7 +39,7 @@ def bind(node: Node, graph: Graph, home: Home) -> dg.AssetsDefinition:
         retry_policy=dg.RetryPolicy(max_retries=1, delay=2),
         pool=node.stage.pool,
         check_specs=[dg.AssetCheckSpec(CHECK, asset=asset_key(node), blocking=True)] if checked else None,
-        automation_condition=condition(graph, home),
+        automation_condition=condition(home),
     )
     def run(context: dg.AssetExecutionContext) -> Iterator[Any]:
         key = context.partition_key if node.per else None

@@ -61,6 +61,8 @@ def produce(home: Home, snapshot: Snapshot, node: Node, key: Key, sink: progress
             except NotMade as error:
                 at.fail(recipe, str(error))
                 raise
+            except StoreError:  # of an input, which is made again; nothing is known against this recipe
+                raise
             except Exception as error:  # a fault of the stage, of a library or of this machine
                 at.fail(recipe, home.relative(f"{type(error).__name__}: {error}"))
                 raise
@@ -77,7 +79,7 @@ def _produce(home, snapshot, node, key, sink, parts, recipe) -> Made:
     twin = _twin(home, snapshot, node, key, work)
     try:
         update = _to_update(at, parts) if twin is None and node.stage.updates else None
-        part = at.begin(recipe, resume=node.stage.resumes, update=update)
+        part = at.begin(recipe, resume=node.stage.resumes and twin is None, update=update)
         if twin is not None:
             facts, whole_s = _copy(home, twin, key, part)
         else:

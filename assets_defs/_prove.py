@@ -26,8 +26,12 @@ def prove(
     laboratory: Annotated[
         str | None, typer.Option(help="Command that films; default: this project's benchmarks.concealed.")
     ] = None,
-    parallel: Annotated[int, typer.Option(min=1, help="Cases at once; a diagnosis alone uses all cores.")] = 1,
-    limit_minutes: Annotated[float, typer.Option(min=0.1, help="A diagnosis that takes longer has failed.")] = 60.0,
+    parallel: Annotated[
+        int | None, typer.Option(min=1, help="Cases at once; a diagnosis alone uses all cores; 1.")
+    ] = None,
+    limit_minutes: Annotated[
+        float | None, typer.Option(min=0.1, help="A diagnosis that takes longer has failed; 60.")
+    ] = None,
     only_films: Annotated[bool, typer.Option("--only-films", help="Film and commit, diagnose nothing.")] = False,
     oracle: Annotated[
         bool, typer.Option("--oracle", help="Of what is diagnosed: what a model that is told the effects gains.")
@@ -53,6 +57,9 @@ def prove(
     if beside and not calibrate:
         stop("--with names campaigns for --calibrate; give both")
     root = out.resolve()
+    counted = [root, *(other.resolve() for other in beside or ())]
+    if twice := next((path for path in counted if counted.count(path) > 1), None):
+        stop(f"--with {twice}: the cases of a campaign count once; name each once, and the one of --out not at all")
     wish = Wish(
         cases=cases,
         cases_file=cases_file,
@@ -60,14 +67,17 @@ def prove(
         strength=strength,
         laboratory=tuple(shlex.split(laboratory)) if laboratory else None,
     )
+    of_what_is_there = report or oracle or baselines or calibrate
+    if of_what_is_there and (said_too := _of_a_run(wish, parallel, limit_minutes, only_films)):
+        stop(f"nothing is drawn, filmed or diagnosed for this; leave out {', '.join(said_too)}")
     try:
         with exclusive(root / "campaign.lock"):
             from sim1.proof.files import Files
 
-            if report or oracle or baselines or calibrate:
+            if of_what_is_there:
                 found = rewrite(Files(root))
             else:
-                found = _run(root, wish, parallel, 60 * limit_minutes, only_films)
+                found = _run(root, wish, parallel or 1, 60 * (limit_minutes or 60.0), only_films)
             if oracle:
                 from sim1.proof.oracle import ask_oracle
 
@@ -79,7 +89,7 @@ def prove(
                 ask_baselines(Files(root), found.outcomes, _say)
                 found = rewrite(Files(root))
             if calibrate:
-                _calibrate(root / "thresholds.yaml", found, [scored(Files(other.resolve())) for other in beside or ()])
+                _calibrate(root / "thresholds.yaml", found, [scored(Files(other)) for other in counted[1:]])
     except BadInput as error:
         stop(str(error))
     except Taken as taken:
@@ -94,6 +104,12 @@ def prove(
         f"{len(found.outcomes)} of {found.drawn} cases scored: single effects named: {said(totals.named)}; "
         f"nothing concealed called none: {said(totals.nulls_called_none)}; {out / 'proof.html'}"
     )
+
+
+def _of_a_run(wish, parallel: int | None, limit_minutes: float | None, only_films: bool) -> list[str]:
+    """Options that were given and that say how cases are drawn, filmed and diagnosed."""
+    given = {"--parallel": parallel, "--limit-minutes": limit_minutes, "--only-films": only_films or None}
+    return [*wish.said(), *(name for name, value in given.items() if value is not None)]
 
 
 def _calibrate(path: Path, found, others) -> None:

@@ -2,8 +2,8 @@
 
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import wait
 from pathlib import Path
@@ -14,10 +14,10 @@ import dagster as dg
 from assets_defs._digest import digest_json
 from assets_defs._factory import GARMENTS
 from assets_defs._recipe import Key, Snapshot, label
-from assets_defs._store import StoreError, place
+from assets_defs._store import alone as _alone
+from assets_defs._store import place
 from assets_defs._worker import PID_TAG, Inline, Outcome, Progress, Worker
 from pipeline import Graph, Home, Node
-from sim1.lock import Taken, exclusive
 
 UNKNOWN_SECONDS = 20.0  # guess for what was never made; only the time left depends on it
 
@@ -68,6 +68,7 @@ def regenerate(
     nodes: Iterable[str] | None = None,
     garments: Iterable[str] | None = None,
     jobs: int = 2,
+    remember: bool = False,
     observer: Observer | None = None,
     notify: Callable[[str], None] = lambda line: None,
 ) -> Report:
@@ -77,11 +78,14 @@ def regenerate(
         nodes: only these nodes. None: all.
         garments: only these garments' artifacts (joint ones too). None: all.
         jobs: worker processes; 0 works in this process.
+        remember: make the graph's profile that of later commands.
 
     Raises:
         StoreError: another regeneration is under way.
     """
     with _alone(home):
+        if remember:
+            home.remember_profile(graph.profile)
         _bury_dead_runs(instance)
         sync_garments(home, instance)
         chosen = set(nodes) if nodes is not None else set(graph.nodes)
@@ -241,13 +245,3 @@ def _alive(pid: int) -> bool:
         return True
     stat = Path(f"/proc/{pid}/stat")  # a dead child that nobody has asked for still answers signals
     return not (stat.exists() and stat.read_text().rpartition(")")[2].split()[0] == "Z")
-
-
-@contextmanager
-def _alone(home: Home) -> Iterator[None]:
-    with ExitStack() as stack:
-        try:
-            stack.enter_context(exclusive(home.state / "regenerate.lock"))
-        except Taken as error:
-            raise StoreError(f"process {error.holder} is regenerating already; wait for it or stop it") from None
-        yield

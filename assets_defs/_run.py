@@ -15,7 +15,7 @@ from assets_defs._regenerate import Report, regenerate
 from assets_defs._results import results, warnings
 from assets_defs._store import StoreError
 from assets_defs._summary import write_summary
-from pipeline import Graph, Home
+from pipeline import Graph, Home, Node
 
 WAITING_AT_MOST = 4  # lines
 
@@ -24,22 +24,28 @@ def selected(graph: Graph, stages: list[str] | None, variant: str | None) -> set
     """Node ids of the stages (of any variant, or of one) and everything that they need.
 
     Raises:
-        ValueError: an unknown stage or variant.
+        ValueError: an unknown stage or variant, or a stage that the variant does not have.
     """
     if variant not in (None, "base", *graph.variants):
         raise ValueError(f"--variant {variant}: there are {['base', *graph.variants]}")
-    wanted = set()
     names = {node.stage.name for node in graph.nodes.values()}
     for name in stages or []:
         if name not in names and name not in graph.nodes:
             raise ValueError(f"--select {name}: there is no such stage; there are {sorted(names)}")
-    for node in graph.nodes.values():
-        in_variant = variant is None or node.variant == (None if variant == "base" else variant)
-        if in_variant and (not stages or node.stage.name in stages or node.id in stages):
-            wanted.add(node.id)
+    own = [node for node in graph.nodes.values() if variant is None or _is_of(node, variant)]
+    for name in stages or []:
+        if not any(name in (node.stage.name, node.id) for node in own):
+            raise ValueError(
+                f"--select {name}: --variant {variant} has no such stage of its own; it has "
+                f"{sorted(node.stage.name for node in own)}"
+            )
+    return graph.ancestors({node.id for node in own if not stages or node.stage.name in stages or node.id in stages})
+
+
+def _is_of(node: Node, variant: str) -> bool:
     if variant == "base":
-        wanted = {id_ for id_ in wanted if not graph.nodes[id_].stage.compares}
-    return graph.ancestors(wanted)
+        return node.variant is None and not node.stage.compares  # who compares needs every variant
+    return node.variant == variant
 
 
 class _Bars:
@@ -91,13 +97,14 @@ def run_with_progress(home: Home, graph: Graph, nodes: set[str], garments: list[
     """Regenerate, draw progress, write the summary page, print where things are. Returns the exit code."""
     console = Console()
     began = time.monotonic()
-    if not garments and nodes == set(graph.nodes):
-        home.remember_profile(graph.profile)
+    of_all = not garments and nodes == set(graph.nodes)
     bars = _Bars(console)
     with dg.DagsterInstance.get() as instance:
         try:
             with Live(bars.bars, console=console, refresh_per_second=4, transient=True):
-                report = regenerate(home, graph, instance, nodes=nodes, garments=garments, jobs=jobs, observer=bars)
+                report = regenerate(
+                    home, graph, instance, nodes=nodes, garments=garments, jobs=jobs, remember=of_all, observer=bars
+                )
         except StoreError as error:
             console.print(f"[red]sim1: {error}")
             return 2

@@ -14,10 +14,13 @@ def source(home: Home, node: Node, key: Key, name: str) -> Path | None:
     """Path of the node's source `name`; None: it is optional and not there.
 
     Raises:
-        BadInput: it is not optional and not there.
+        BadInput: it is not optional and not there, or a link that leads nowhere: what stands in for a lab's recordings
+            must not take the place of those on a drive that is not mounted.
     """
     stage = node.stage
     path = home.root / {**stage.sources, **stage.optional_sources}[name].format(garment=key)
+    if path.is_symlink() and not path.exists():
+        raise BadInput(f"{path}: a link to {path.readlink()}, which is not there; mount its drive, or remove the link")
     if not path.exists() and name in stage.sources:
         raise BadInput(f"{path}: missing; stage {stage.name} needs it (its source {name!r})")
     return path if path.exists() else None

@@ -6,10 +6,11 @@ record `artifact.json`. Beside it may stand `GARMENT.part` (being made), `GARMEN
 """
 
 import json
+import os
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from pipeline import Home, Node
 from sim1.lock import Taken, exclusive
 
 JOINT = "_"
+REGENERATING = "regenerate.lock"  # in the state folder
 PATIENCE = 200  # times 5 ms, that a reader waits for a writer between its two renames
 
 
@@ -49,6 +51,10 @@ class Place:
         return self._beside("failed.json")
 
     @property
+    def lock(self) -> Path:
+        return self._beside("lock")
+
+    @property
     def _spent(self) -> Path:
         return self._beside("part.seconds")
 
@@ -71,7 +77,8 @@ class Place:
 
     def damage(self, record: dict[str, Any], *, thorough: bool) -> str | None:
         """What is wrong with the artifact's files, or None. Not thorough: files with their size and time unchanged pass."""
-        return _damage(self.final, record, thorough=thorough)
+        found = _damage(self.final, record, thorough=thorough)
+        return " ".join(found) if found else None
 
     def begin(self, recipe: str, *, resume: bool, update: Path | None = None) -> Path:
         """A folder to make the artifact in.
@@ -165,7 +172,7 @@ class Place:
             if self.final.exists() or not self.old.exists():
                 return
             try:
-                with exclusive(self._beside("lock")):
+                with exclusive(self.lock):
                     self._recover()
                     return
             except Taken:
@@ -180,11 +187,28 @@ class Place:
         """
         with ExitStack() as stack:
             try:
-                stack.enter_context(exclusive(self._beside("lock")))
+                stack.enter_context(exclusive(self.lock))
             except Taken as error:
                 raise StoreError(f"{self.final}: process {error.holder} is making it; wait for it or stop it") from None
             self._recover()
             yield
+
+
+@contextmanager
+def alone(home: Home) -> Iterator[None]:
+    """Hold the whole store: nobody else regenerates or cleans meanwhile. Runs from the UI hold their artifacts alone.
+
+    Raises:
+        StoreError: somebody does already.
+    """
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(exclusive(home.state / REGENERATING))
+        except Taken as error:
+            raise StoreError(
+                f"process {error.holder} is regenerating already, or cleaning; wait for it or stop it"
+            ) from None
+        yield
 
 
 def _record_in(folder: Path) -> dict[str, Any] | None:
@@ -201,18 +225,19 @@ def _number_in(file: Path) -> float | None:
         return None
 
 
-def _damage(folder: Path, record: dict[str, Any], *, thorough: bool) -> str | None:
+def _damage(folder: Path, record: dict[str, Any], *, thorough: bool) -> tuple[str, str] | None:
+    """The first file at fault and what is wrong with it."""
     present = dict(content_files(folder))
     for name, known in record["files"].items():
         if (file := present.pop(name, None)) is None:
-            return f"{name} is missing"
+            return name, "is missing"
         stat = file.stat()
         if stat.st_size != known["size"]:
-            return f"{name} has {stat.st_size} bytes, was made with {known['size']}"
+            return name, f"has {stat.st_size} bytes, was made with {known['size']}"
         unchanged = stat.st_mtime_ns == known["mtime_ns"]
         if (thorough or not unchanged) and digest_file(file) != known["sha256"]:
-            return f"{name} has other content than was made"
-    return f"{min(present)} does not belong to it" if present else None
+            return name, "has other content than was made"
+    return (min(present), "does not belong to it") if present else None
 
 
 def place(home: Home, node: Node, key: str | None) -> Place:
@@ -224,6 +249,9 @@ def place(home: Home, node: Node, key: str | None) -> Place:
 def verified(home: Home, node: Node, key: str | None) -> tuple[Path, dict[str, Any]]:
     """Folder and record of an artifact whose every byte is as it was made.
 
+    A damaged file that kept its size and time is touched: else a look that is not thorough would go on calling it
+    whole, and nobody would make it again.
+
     Raises:
         StoreError: it is missing or damaged.
     """
@@ -231,6 +259,8 @@ def verified(home: Home, node: Node, key: str | None) -> tuple[Path, dict[str, A
     again = f"make it again: sim1 run --select {node.id}" + (f" --garment {key}" if key else "")
     if (record := at.record()) is None:
         raise StoreError(f"{at.final}: the artifact is missing; {again}")
-    if damage := at.damage(record, thorough=True):
-        raise StoreError(f"{at.final}: damaged: {damage}; {again}")
+    if damage := _damage(at.final, record, thorough=True):
+        with suppress(OSError):  # it is missing
+            os.utime(at.final / damage[0])
+        raise StoreError(f"{at.final}: damaged: {' '.join(damage)}; {again}")
     return at.final, record

@@ -13,6 +13,7 @@ import dagster as dg
 
 from assets_defs._recipe import Key
 from pipeline import Graph, Home, load_graph
+from sim1.child_process import behave_as_child
 
 PID_TAG = "sim1/pid"
 
@@ -125,7 +126,7 @@ def _environment(**values: str):
 
 
 def _serve(pipe: Connection, root: str, profile: str) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    behave_as_child()
     os.environ.update(SIM1_HOME=root, SIM1_PROFILE=profile, DAGSTER_HOME=root, OMP_NUM_THREADS="1")
     os.chdir(root)
     logging.disable(logging.CRITICAL)
@@ -138,7 +139,12 @@ def _serve(pipe: Connection, root: str, profile: str) -> None:
 
     home = Home(Path(root))
     assets = bind_all(load_graph(home, profile), home)
-    send_progress_to(lambda done, total, what: pipe.send(Progress(done, total, what)))
+
+    def tell(done: float, total: float, what: str) -> None:
+        with contextlib.suppress(ConnectionError):  # nobody listens any more: no fault of the stage that reports
+            pipe.send(Progress(done, total, what))
+
+    send_progress_to(tell)
     with dg.DagsterInstance.get() as instance:
         while True:
             try:

@@ -107,21 +107,25 @@ def clean(
     home, graph = open_home(None)
     from assets_defs._clean import clean as remove
     from assets_defs._clean import doomed
+    from assets_defs._store import StoreError, alone
 
     try:
-        paths = doomed(home, graph, everything=everything, garments=garment, stages=select)
-    except ValueError as error:
-        stop(str(error))
-    if not paths:
-        typer.echo("nothing to remove")
-        return
-    for path in paths[:20]:
-        typer.echo(f"  {path.relative_to(home.root)}")
-    if len(paths) > 20:
-        typer.echo(f"  and {len(paths) - 20} more")
-    if not yes and not typer.confirm(f"Remove these {len(paths)}?"):
-        raise typer.Exit(1)
-    typer.echo(f"removed {remove(home, paths) / 2**20:.1f} MiB")
+        with alone(home):
+            paths, held = doomed(home, graph, everything=everything, garments=garment, stages=select)
+            for line in held:
+                typer.echo(f"left alone: {home.relative(line)}")
+            if not paths:
+                typer.echo("nothing to remove")
+                return
+            for path in paths[:20]:
+                typer.echo(f"  {path.relative_to(home.root)}")
+            if len(paths) > 20:
+                typer.echo(f"  and {len(paths) - 20} more")
+            if not yes and not typer.confirm(f"Remove these {len(paths)}?"):
+                raise typer.Exit(1)
+            typer.echo(f"removed {remove(home, paths) / 2**20:.1f} MiB")
+    except (StoreError, ValueError) as error:
+        stop(home.relative(str(error)))
 
 
 @app.command()
@@ -141,8 +145,12 @@ def ui(
 ) -> None:
     """Dagster's web page for this project, with the daemon that runs schedule and automation."""
     home, _ = open_home(profile)
+    from pipeline.home import REPOSITORY
+
     binary = Path(sys.executable).with_name("dagster")
-    os.execv(binary, [str(binary), "dev", "-h", host, "-p", str(port), "-w", str(home.root / "workspace.yaml")])
+    own = home.root / "workspace.yaml"
+    workspace = own if own.is_file() else REPOSITORY / "workspace.yaml"
+    os.execv(binary, [str(binary), "dev", "-h", host, "-p", str(port), "-w", str(workspace)])
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
 import dagster as dg
 import pytest
 
-from assets_defs.definitions import definitions
+from assets_defs.definitions import bind_all, definitions
 
 
 @pytest.fixture
@@ -82,3 +82,12 @@ def test_materializing_from_the_ui_records_recipe_and_lineage(location, made):
         checks = result.get_asset_check_evaluations()
         assert [check.passed for check in checks] == [True]
     assert sorted(made.run().made) == ["dataset", "model/towel", "report"]
+
+
+def test_assets_have_the_pools_of_their_stages_which_let_one_in_at_a_time(made):
+    made.stages(mesh={"pool": "x"}, report={"pool": "y"})
+    pools = {name: asset.op.pool for name, asset in bind_all(made.graph, made.home).items()}
+    assert pools == {"scan": None, "mesh": "x", "model": None, "dataset": None, "report": "y"}
+    with made.instance() as instance:
+        limits = instance.get_concurrency_config().pool_config
+        assert (limits.default_pool_limit, limits.pool_granularity.value) == (1, "op")

@@ -1,10 +1,13 @@
 """The command line: status, audit, clean, and errors as one line."""
 
 import json
+import shutil
+from pathlib import Path
 
 import pytest
 
 from assets_defs._audit import print_audit
+from assets_defs._clean import clean
 from assets_defs._sources import faults
 from assets_defs._status import print_status
 
@@ -198,6 +201,71 @@ def test_clean_removes_leftovers_and_orphans_and_nothing_else(made):
     assert made.run().made == {}
     assert made.command("clean", "--select", "model", "--garment", "towel", "--yes").returncode == 0
     assert list(made.run().made) == ["model/towel"]
+
+
+def files(root: Path) -> set[str]:
+    return {path.relative_to(root).as_posix() for path in root.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("typed", ["n\n", "\n"])
+def test_clean_removes_nothing_where_the_answer_is_not_yes(made, typed):
+    before = files(made.root)
+    answer = made.command("clean", "--all", typed=typed)
+    assert answer.returncode == 1
+    assert "  data/store\n  .dagster\nRemove these 2?" in answer.stdout
+    assert "removed" not in answer.stdout
+    assert files(made.root) == before
+
+
+def test_clean_of_everything_leaves_what_a_person_wrote(made):
+    before = files(made.root)
+    answer = made.command("clean", "--all", "--yes")
+    assert answer.returncode == 0, answer.stderr
+    assert not made.home.store.exists()
+    assert not made.home.state.exists()
+    assert files(made.root) == {name for name in before if not name.startswith(("data/store/", ".dagster/"))}
+    assert {"data/garments/towel.yaml", "data/scans/towel/scan.txt", "dagster.yaml"} <= files(made.root)
+    assert "nothing to remove" in made.command("clean", "--all", "--yes").stdout
+
+
+def with_variants(project, *names: str) -> None:
+    """Put artifacts of `model` that are like the base's into the store."""
+    for name in names:
+        shutil.copytree(project.home.store / "model", project.home.store / "variants" / name / "model")
+
+
+def test_clean_removes_a_variant_that_is_no_more_and_keeps_the_others(made):
+    (made.root / "pipeline" / "ablations.yaml").write_text("variants: {kept: {changes: {model: {width: 9}}}}\n")
+    made.command("clean", "--yes")  # lock files
+    with_variants(made, "kept")
+    before = files(made.root)
+    with_variants(made, "gone")
+    answer = made.command("clean", typed="y\n")
+    assert answer.returncode == 0, answer.stderr
+    assert [line for line in answer.stdout.splitlines() if line.startswith("  ")] == [
+        f"  data/store/variants/gone/model/{name}" for name in ("shirt", "towel")
+    ]
+    assert files(made.root) == before
+
+
+def test_clean_of_a_garment_takes_its_artifacts_of_all_stages_and_variants_and_no_others(made):
+    (made.root / "pipeline" / "ablations.yaml").write_text("variants: {kept: {changes: {model: {width: 9}}}}\n")
+    made.command("clean", "--yes")  # lock files
+    with_variants(made, "kept")
+    before = files(made.root)
+    answer = made.command("clean", "--garment", "towel", "--yes")
+    assert answer.returncode == 0, answer.stderr
+    gone = tuple(f"data/store/{stage}/towel/" for stage in ("scan", "mesh", "model", "variants/kept/model"))
+    assert all(any(name.startswith(folder) for name in before) for folder in gone)
+    assert files(made.root) == {name for name in before if not name.startswith(gone)}
+
+
+@pytest.mark.parametrize("outside", ["data/garments", "data", "."])
+def test_what_lies_outside_store_and_state_is_never_removed(made, outside):
+    before = files(made.root)
+    with pytest.raises(ValueError, match=r"not below .*data/store"):
+        clean(made.home, [made.root / outside])
+    assert files(made.root) == before
 
 
 def test_a_fault_in_the_files_of_looks_is_one_line_before_anything_is_rendered(project):

@@ -7,13 +7,15 @@ from types import SimpleNamespace
 
 import pytest
 
-from assets_defs import _config, _store
+from assets_defs import _config, _generate, _store
 from assets_defs._generate import code_of, given, refuse_seed_learned_from
 from assets_defs._origin import Origin, inputs_then, origin_of
 from assets_defs._replay import CELL
 from assets_defs._store import StoreError, place
 from pipeline.graph import load_graph
 from pipeline.home import REPOSITORY, Home
+from sim1.motion import algorithm
+from sim1.motion.algorithm import Checked
 from sim1.motion.stage import CandidateTrajectoriesConfig
 from sim1.stage import BadInput
 
@@ -22,6 +24,41 @@ def test_generating_needs_a_garment_that_there_is(project):
     answer = project.command("generate", "glove", "--target", "3")
     assert answer.returncode == 2
     assert "glove: there is no data/garments/glove.yaml; there are ['shirt', 'towel']" in answer.stderr
+
+
+@pytest.fixture
+def generate(project, monkeypatch):
+    """`sim1 generate` of two episodes, with three attempts for each, which cost nothing and all end alike."""
+    graph = load_graph(Home(REPOSITORY), "smoke")
+    nodes = [graph.nodes[name] for name in ("candidate_trajectories", "valid_trajectories")]
+    inputs = {"seed_demos": {"towel": project.root}}
+    monkeypatch.setattr(_generate, "given", lambda *asked: (inputs, nodes, {"seed_demos": "a1"}))
+    monkeypatch.setattr(algorithm, "TRIES_PER_TARGET", 3)
+    monkeypatch.setattr(algorithm, "read_start", lambda path: None)
+    monkeypatch.setattr(algorithm, "write_tables", lambda *given: None)
+
+    def command(row):
+        filters = {"rules_pass": True, "video_pass": False, "video_abstains": True}
+        maker = SimpleNamespace(make=lambda ticket, folder: {"ran": True, "episode": ticket.name} | filters | row)
+        monkeypatch.setattr(Checked, "of", lambda *given: maker)
+        return project.command("generate", "towel", "--target", "2", "--workers", "1")
+
+    return command
+
+
+def test_generating_ends_with_status_1_where_the_limit_of_attempts_comes_first(generate):
+    answer = generate({"success": False, "accepted": False, "failure": "slip"})
+    assert answer.returncode == 1
+    assert "accepted: 0 of 6 = 0 %" in answer.stdout
+    assert "  slip: 6" in answer.stdout.splitlines()
+    assert "sim1: 0 of 2 after 6 attempts, the limit" in answer.stderr
+
+
+def test_generating_ends_well_with_enough_episodes(generate):
+    answer = generate({"success": True, "accepted": True, "failure": None})
+    assert answer.returncode == 0
+    assert "accepted: 2 of 2 = 100 %" in answer.stdout
+    assert answer.stderr == ""
 
 
 @pytest.mark.parametrize("seed", [0, 1])

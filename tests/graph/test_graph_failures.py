@@ -11,6 +11,7 @@ import time
 
 import pytest
 
+from assets_defs import _store
 from assets_defs._recipe import Snapshot
 from assets_defs._store import StoreError, place, verified
 
@@ -155,18 +156,26 @@ def test_killed_between_the_two_renames_the_old_artifact_comes_back(made):
     assert made.run().made == {}
 
 
-def test_a_reader_between_the_two_renames_waits_for_the_writer_and_takes_nothing_from_it(made):
+def test_a_reader_between_the_two_renames_waits_for_the_writer_and_takes_nothing_from_it(made, monkeypatch):
+    # A busy machine may keep the writer from its second rename for longer than readers are patient.
+    monkeypatch.setattr(_store, "PATIENCE", 60 * _store.PATIENCE)
     at = place(made.home, made.graph.nodes["mesh"], "towel")
     good = at.record()
     shutil.copytree(at.final, at.part)
-    seen = []
+    seen, came = [], threading.Event()
+
+    def read():
+        came.set()
+        seen.append(at.record())
+
     with at.locked():
         at.final.rename(at.old)
-        reader = threading.Thread(target=lambda: seen.append(at.record()))
+        reader = threading.Thread(target=read)
         reader.start()
-        time.sleep(0.1)
+        assert came.wait(30)
+        reader.join(0.1)
         assert not seen
         at.part.rename(at.final)
-        reader.join()
+        reader.join(30)
     assert seen == [good]
     assert at.old.is_dir()

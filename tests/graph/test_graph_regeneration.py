@@ -143,6 +143,36 @@ def test_selected_stages_and_garments_alone_are_made(project):
     assert sorted(report.made) == ["mesh/towel", "scan/towel"]
 
 
+class Companions:
+    """Notes which stages are ever under way beside each other."""
+
+    def __init__(self):
+        self.under_way, self.pairs = [], set()
+
+    def plan(self, seconds_left, count_left): ...
+    def progress(self, name, done, total, what): ...
+
+    def started(self, name):
+        stage = name.split("/")[0]
+        self.pairs |= {frozenset((stage, other)) for other in self.under_way}
+        self.under_way.append(stage)
+
+    def finished(self, name, seconds, message):
+        self.under_way.remove(name.split("/")[0])
+
+
+def test_stages_of_one_pool_run_one_at_a_time_and_beside_them_whatever_is_of_no_pool_or_another(project):
+    project.stages(mesh={"pool": "x"}, model={"needs": ["scan"], "pool": "x"}, dataset={"needs": ["scan"], "pool": "y"})
+    seen = Companions()
+    report = project.run(jobs=2, nodes={"scan", "mesh", "model", "dataset"}, observer=seen)
+    assert len(report.made) == 7
+    assert not report.failed
+    # Both scans can begin at once. When the second is made, `dataset` can begin, and so can its mesh and its model.
+    assert frozenset({"scan"}) in seen.pairs
+    assert {frozenset({"dataset", "mesh"}), frozenset({"dataset", "model"})} & seen.pairs
+    assert not {frozenset({"mesh"}), frozenset({"model"}), frozenset({"mesh", "model"})} & seen.pairs
+
+
 @pytest.fixture
 def updating(made):
     """A home in which `model` writes a page for every word of a book, and was made of three words."""

@@ -97,11 +97,11 @@ class Project:
                 ]
         return [name for _, name in sorted(found)]
 
-    def command(self, *arguments: str) -> subprocess.CompletedProcess:
+    def command(self, *arguments: str, typed: str | None = None) -> subprocess.CompletedProcess:
         """Run the `sim1` command in this home, within this process: a start of the program takes seconds."""
         environment = dict(os.environ)
         try:
-            answer = CliRunner().invoke(app, arguments, catch_exceptions=False)
+            answer = CliRunner().invoke(app, arguments, input=typed, catch_exceptions=False)
         finally:
             os.environ.clear()
             os.environ.update(environment)
