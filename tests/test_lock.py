@@ -1,6 +1,7 @@
 """Locks of files: who holds one keeps the others out, also where the file is removed under their hands."""
 
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -39,8 +40,10 @@ def test_a_lock_on_a_file_that_was_removed_meanwhile_is_taken_on_the_file_in_its
     with exclusive(path):
         waiting = threading.Thread(target=wait)
         waiting.start()
+        deadline = time.monotonic() + 30
         while len(open_descriptors(path)) < 2:
-            pass
+            assert time.monotonic() < deadline, "nobody came to wait"
+            time.sleep(0.01)
         path.unlink()
     assert held.wait(30)
     with pytest.raises(Taken), exclusive(path):

@@ -263,7 +263,10 @@ def test_effects_outside_the_table_push_where_they_should():
     assert np.abs(force(thread, world, state)).max() == 0
     charge = StaticCharge({"strength": 0.01}, {"x": -1.0, "y": 0.1, "core": 0.05})
     charge.begin(world)
-    assert force(charge, world, flat(world))[0].sum() > 0
+    k, area = world.sheet.grid.at(4, 6), world.sheet.grid.area_m2
+    away = state.x[:2, k] - [-1.0, 0.1]
+    push = 0.01 * area[k] * away / (away @ away + 0.05**2)
+    assert force(charge, world, flat(world))[:, k] == pytest.approx([*push, 0.0], rel=1e-9)
     jet = FanJet(
         {"speed": 2.0},
         {"x": 0.1, "y": 0.1, "z": 0.5, "dx": 0.0, "dy": 0.0, "dz": -1.0, "width": 0.05, "rate_1": 1.0, "rate_2": 2.5},
@@ -271,8 +274,12 @@ def test_effects_outside_the_table_push_where_they_should():
     jet.begin(world)
     state = flat(world)
     assert np.abs(force(jet, world, state)).max() == 0
-    state.time_s = 1.0
-    assert force(jet, world, state)[2].sum() < -1e-4
+    state.time_s, state.v[2] = 1.2, -0.5  # the sheet gives way to it
+    blown = 2.0 * (1 + 0.35 * np.sin(2.4 * np.pi) + 0.25 * np.sin(6.0 * np.pi + 1)) - 0.5
+    share = np.exp(-np.sum((state.x[:2, k] - 0.1) ** 2) / 0.05**2)
+    assert 0.05 < share < 0.9
+    pressed = 0.5 * 1.2 * 1.2 * area[k] * share * blown**2
+    assert force(jet, world, state)[:, k] == pytest.approx([0.0, 0.0, -pressed], rel=1e-9)
     wet = Drying({"mass": 0.01, "time": 1.0}, {"centre_u": 0.1, "centre_v": 0.1, "radius": 0.05})
     wet.begin(world)
     state.time_s = 1.5

@@ -43,14 +43,16 @@ def test_a_folder_that_was_never_compiled_is_left_alone(tmp_path):
 
 def begins(folder, within_s: float) -> tuple[bool, threading.Thread]:
     """Whether a second user of the loops begins while the first still compiles, and its thread."""
-    begun = threading.Event()
+    came, begun = threading.Event(), threading.Event()
 
     def work():
+        came.set()
         with one_compiles(folder):
             begun.set()
 
     second = threading.Thread(target=work)
     second.start()
+    assert came.wait(30)  # a busy machine may let it wait for its first moment, which is no waiting for the other
     return begun.wait(within_s), second
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from sim1.episode import RATE_HZ
 from sim1.motion.commands import Arms
 from sim1.motion.durations import DurationModel
 from sim1.motion.model import MotionModel
@@ -81,6 +82,12 @@ def a_model(method="minimum_jerk", rest_s=1.0) -> MotionModel:
         method=method, durations=durations, network=None, scale=np.ones(20), width=64, layer_count=3, token_count=32,
         shape_count=20, sampling_steps=16,
     )  # fmt: skip
+
+
+def speed_shares(command_joints_rad: np.ndarray, arms: Arms) -> np.ndarray:
+    """Speeds of commands (n, 2, 6), that of the step from home first, each over its own joint's limit: (n, 2, 6)."""
+    steps_rad = np.diff(np.concatenate([HOME[None], command_joints_rad]), axis=0)
+    return np.abs(steps_rad) * RATE_HZ / arms.arm.velocity_limit_rad_s
 
 
 def reaching_demos(arms: Arms, count: int) -> list[Segment]:

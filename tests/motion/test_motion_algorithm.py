@@ -41,17 +41,15 @@ def test_a_failure_has_the_class_of_what_came_first(monkeypatch, tmp_path, row, 
 
 @pytest.fixture
 def begun(monkeypatch, tmp_path):
-    """Generates with toy attempts, every second of which is accepted."""
-
-    class Toy:
-        def make(self, ticket, folder):
-            return {"ran": False, "accepted": ticket.number % 2 == 1, "episode": ticket.name}
-
-    monkeypatch.setattr(Checked, "of", lambda *given: Toy())
+    """Generates with toy attempts, every second of which is accepted unless told otherwise."""
     monkeypatch.setattr(algorithm, "write_tables", lambda *given: None)
     monkeypatch.setattr(algorithm, "read_start", lambda path: None)
 
-    def generate(target=3, configs=CONFIGS, versions=None, code=CODE):
+    def generate(target=3, configs=CONFIGS, versions=None, code=CODE, every=2, ran=False):
+        def make(ticket, folder):
+            return {"ran": ran, "accepted": (ticket.number + 1) % every == 0, "episode": ticket.name}
+
+        monkeypatch.setattr(Checked, "of", lambda *given: SimpleNamespace(make=make))
         inputs, out = {"seed_demos": {"towel": tmp_path}}, tmp_path / "out"
         made_from = versions or {"seed_demos": "a1"}
         return generate_until(inputs, "towel", None, configs, made_from, code, out, target, 1, lambda rows: None)
@@ -69,6 +67,20 @@ def test_attempts_go_on_until_the_target_is_accepted_and_all_are_kept(begun, tmp
 def test_a_larger_target_goes_on(begun):
     assert len(begun(target=1)) == 2
     assert len(begun(target=4)) == 8
+
+
+@pytest.mark.parametrize("ran", [False, True])
+def test_of_what_never_passes_so_many_attempts_are_made_for_each_wanted_episode(begun, monkeypatch, ran):
+    assert algorithm.TRIES_PER_TARGET == 100  # README.md and docs/motion.md say so
+    monkeypatch.setattr(algorithm, "TRIES_PER_TARGET", 3)
+    rows = begun(target=2, every=99, ran=ran)
+    assert [row["episode"] for row in rows] == [f"{number:04d}" for number in range(6)]
+    assert not any(row["accepted"] for row in rows)
+
+
+def test_the_last_attempt_below_the_limit_still_counts(begun, monkeypatch):
+    monkeypatch.setattr(algorithm, "TRIES_PER_TARGET", 3)
+    assert [row["accepted"] for row in begun(target=2, every=3)] == [False, False, True] * 2
 
 
 @pytest.mark.parametrize(

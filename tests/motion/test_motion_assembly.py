@@ -2,18 +2,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from motion_synthetic import HOME, a_demo, a_model
+from motion_synthetic import HOME, a_demo, a_model, speed_shares
 from scipy.spatial.transform import Rotation
 
 from sim1.cloth.cell import SimulationBroke
+from sim1.motion import joining
 from sim1.motion.assembly import attempt
-from sim1.motion.generation import processes_for, quotas_of
+from sim1.motion.commands import FREE
 from sim1.motion.joining import Variation, skeleton
+from sim1.motion.model import transition
 from sim1.motion.placement import planar
 from sim1.motion.poses import ToolPath
 from sim1.motion.reaching import changed, reachable
 from sim1.motion.replay import compared
-from sim1.motion.stage import CandidateTrajectoriesConfig
 from sim1.robot.kinematics import Unreachable
 from sim1.robot.session import replay
 
@@ -156,9 +157,7 @@ def test_an_attempt_runs_from_home_to_home_without_jumps(arms, demonstrated, met
     assert made.failure is None
     episode = made.episode
     assert np.isfinite(episode.command_joints_rad).all()
-    steps = np.abs(np.diff(episode.command_joints_rad, axis=0)).max()
-    assert steps * 30 <= arms.arm.velocity_limit_rad_s.max()
-    assert made.speed_share <= 1
+    assert speed_shares(episode.command_joints_rad, arms).max() <= 1
     np.testing.assert_array_equal(episode.joints_rad[0], HOME)
     if method == "minimum_jerk":
         np.testing.assert_allclose(episode.command_joints_rad[-1], HOME, atol=1e-3)
@@ -214,14 +213,36 @@ def test_an_attempt_that_broke_is_replayed_to_where_it_broke(arms, demonstrated)
     assert sooner.said() == "0000: 12 frames in place of 20"
 
 
-def test_a_hurried_transition_is_given_the_time_that_the_joints_need(arms, demonstrated):
+def test_a_hurried_transition_is_given_the_time_that_the_joints_need(arms, demonstrated, monkeypatch):
     segments, source = demonstrated
     far = np.eye(4)
     far[2, 3] = 0.05
     lifted = [part.__class__(**{**part.__dict__, "path": part.path.moved(far)}) for part in segments]
+    ways = []  # all that were tried
+    monkeypatch.setattr(joining, "transition", lambda *given: ways.append(transition(*given)) or ways[-1])
     made = run((lifted, source), arms, model=a_model(rest_s=0.05))
     assert made.failure is None
-    assert made.speed_share <= 1
+    hurried = arms.joints_for(ways[0][1:-1], HOME, FREE)
+    assert speed_shares(hurried, arms).max() > 1.2
+    assert len(ways[1]) > len(ways[0])
+    fastest = speed_shares(made.episode.command_joints_rad, arms).max()
+    assert 0.5 < fastest <= 1
+    assert made.speed_share == pytest.approx(fastest)
+
+
+def test_an_interaction_that_is_too_fast_for_a_joint_is_refused_before_it_runs(arms, demonstrated):
+    segments, source = demonstrated
+    kept = np.r_[0:6, 22, 39:45]  # it slides out in one frame and back in the next
+    hasty = [
+        part.__class__(**{**part.__dict__, "path": part.path[kept]}) if part.kind == "interacting" else part
+        for part in segments
+    ]
+    made = run((hasty, source), arms)
+    assert made.failure == "too fast"
+    assert f"at {made.speed_share:.2f} times its speed limit" in made.detail
+    assert made.speed_share > 1.2
+    assert speed_shares(made.episode.command_joints_rad, arms).max() <= 1
+    assert made.episode.command_openness.min() == 1.0  # it never came to the grasp
 
 
 class StiffWrists:
@@ -267,28 +288,3 @@ def lowest_corner_m(path) -> float:
     travel = 0.044 * path.openness[0, 0]
     ends = [[0.0, y, z] for y in (travel + 0.01, -travel - 0.01) for z in (0.011, -0.011)]
     return float((path.position_m[0, 0] + np.array(ends) @ path.rotation[0, 0].T)[:, 2].min())
-
-
-@pytest.mark.parametrize(
-    ("ran", "successes", "more"), [(0, 0, True), (2, 2, True), (3, 1, False), (3, 0, True), (5, 0, True), (6, 0, False)]
-)
-def test_attempts_go_on_until_enough_ran_and_enough_succeeded(ran, successes, more):
-    config = CandidateTrajectoriesConfig(candidate_count=3, success_target=1, run_limit=6, tries_per_candidate=4)
-    group = [{"ran": True, "success": index < successes} for index in range(ran)]
-    assert quotas_of(config)[0].wants_more(group) is more
-
-
-@pytest.mark.parametrize(
-    ("attempts", "cores", "processes"), [(3, 16, 1), (15, 16, 1), (84, 2, 2), (84, 16, 10), (360, 16, 16), (360, 1, 1)]
-)
-def test_many_attempts_are_made_by_all_cores_and_a_few_by_one_process(attempts, cores, processes):
-    assert processes_for(attempts, cores) == processes
-
-
-def test_draws_out_of_reach_come_to_an_end():
-    config = CandidateTrajectoriesConfig(candidate_count=2, perturbed_count=1, tries_per_candidate=3)
-    out_of_reach = [{"ran": False, "success": False}]
-    meant, perturbed = quotas_of(config)
-    assert meant.wants_more(5 * out_of_reach)
-    assert not meant.wants_more(6 * out_of_reach)
-    assert not perturbed.wants_more(3 * out_of_reach)

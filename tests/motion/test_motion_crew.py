@@ -5,6 +5,7 @@ import multiprocessing
 import os
 import signal
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from motion_toy_maker import ToyMaker, command
 
 from sim1.crew import CrewDied, Shop, finished, labour, labour_together
 from sim1.lock import Taken, exclusive
-from sim1.quota import Quota, Ticket, open_tickets
+from sim1.quota import Quota, Row, Ticket, open_tickets
 from sim1.stage import BadInput
 
 MEANT = Quota(series="", run_count=4, target=5, counted="success", run_limit=30, try_limit=100)
@@ -44,32 +45,72 @@ def test_a_series_ends_when_enough_ran_and_enough_succeeded(tmp_path):
     assert {path.name for path in (tmp_path / "episodes").iterdir()} == {row["episode"] for row in rows if row["ran"]}
 
 
+def begun(log: Path) -> list[tuple[str, ...]]:
+    """Process and name of every attempt that was begun."""
+    return [tuple(line.split()) for line in log.read_text().splitlines()] if log.exists() else []
+
+
+def comes_true(happens: Callable[[], bool]) -> bool:
+    """Whether it happens within a minute."""
+    deadline = time.monotonic() + 60
+    while not (come := happens()) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return come
+
+
+class MeetingMaker(ToyMaker):
+    """Ends its first attempt only once three processes have begun one: else one might make all by itself."""
+
+    waited = False
+
+    def make(self, ticket: Ticket, folder: Path) -> Row:
+        row = super().make(ticket, folder)
+        if not self.waited:
+            self.waited = True
+            comes_true(lambda: len({process for process, _ in begun(self.log)}) >= 3)
+        return row
+
+
 def test_three_processes_make_what_one_makes_and_nothing_twice(tmp_path, alone):
-    root = tmp_path / "crew"
-    labour_together(root, QUOTAS, functools.partial(ToyMaker, tmp_path / "crew.log", 0.01), 3, lambda rows: None)
+    root, log = tmp_path / "crew", tmp_path / "crew.log"
+    labour_together(root, QUOTAS, functools.partial(MeetingMaker, log), 3, lambda rows: None)
     finished(root)
     assert content(root) == alone
-    lines = [line.split() for line in (tmp_path / "crew.log").read_text().splitlines()]
-    names = [name for _, name in lines]
+    names = [name for _, name in begun(log)]
     assert len(names) == len(set(names))
-    assert len({process for process, _ in lines}) == 3
+    assert len({process for process, _ in begun(log)}) == 3
 
 
-def test_a_run_that_is_killed_at_random_ends_with_the_same_files(tmp_path, alone):
-    root = tmp_path / "killed"
+class StuckMaker(ToyMaker):
+    """Is stuck amid the attempt with which the log has `lines`, and amid those after it, until somebody kills it."""
+
+    def __init__(self, log: Path, lines: int):
+        super().__init__(log)
+        self.lines = lines
+
+    def make(self, ticket: Ticket, folder: Path) -> Row:
+        row = super().make(ticket, folder)
+        if len(begun(self.log)) >= self.lines:
+            (folder / "half").write_text("of what nobody ends")
+            time.sleep(120)
+        return row
+
+
+def test_a_run_that_is_killed_again_and_again_amid_its_attempts_ends_with_the_same_files(tmp_path, alone):
+    root, log = tmp_path / "killed", tmp_path / "killed.log"
     context = multiprocessing.get_context("spawn")
-    prepare = functools.partial(ToyMaker, tmp_path / "killed.log", 0.03)
-    kills = 0
-    for pause_s in (0.9, 0.7, 1.0, 0.8):
+    for _ in range(3):
+        lines = len(begun(log)) + 3
+        prepare = functools.partial(StuckMaker, log, lines)
         process = context.Process(target=labour_together, args=(root, QUOTAS, prepare, 2, print))
         process.start()
-        time.sleep(pause_s)
-        if process.is_alive():
-            os.kill(process.pid, signal.SIGKILL)
-            kills += 1
+        assert comes_true(lambda lines=lines: len(begun(log)) >= lines)
+        os.kill(process.pid, signal.SIGKILL)
         process.join()
-    assert kills >= 2
-    labour(root, QUOTAS, ToyMaker(tmp_path / "killed.log"))
+        assert process.exitcode == -signal.SIGKILL
+        made = {path.stem for path in (root / "attempts").glob("*.json")}
+        assert {name for _, name in begun(log)} - made
+    labour(root, QUOTAS, ToyMaker(log))
     finished(root)
     assert content(root) == alone
 

@@ -3,13 +3,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from motion_synthetic import BASES, HOME, URDF, a_model
+from motion_synthetic import BASES, HOME, URDF, a_model, speed_shares
 
 from sim1.episode import ARMS, Episode, write_episode
+from sim1.motion import joining
+from sim1.motion.commands import FREE
 from sim1.motion.joining import Variation, drawn
 from sim1.motion.likeness.paths import demonstrated as paths_of
 from sim1.motion.likeness.paths import planned_paths
-from sim1.motion.model import write_model
+from sim1.motion.model import transition, write_model
 from sim1.motion.planning import NoPlan, laid_as_placed, planned
 from sim1.motion.pool import write_pool
 from sim1.motion.stage import MotionLikenessConfig, check_motion_likeness, motion_likeness
@@ -35,10 +37,21 @@ def test_a_plan_goes_from_home_through_the_interaction_and_rests(reached, home, 
     assert plan.demos == [draw.picked[0].demo]
     middle = plan.spans[1]
     wanted = draw.picked[0].path.moved(draw.placement).position_m
-    np.testing.assert_allclose(plan.path.position_m[middle.start : middle.end], wanted, atol=1e-9)
-    assert plan.speed_share <= 1
+    np.testing.assert_allclose(plan.path.position_m[middle.start : middle.end], wanted, atol=1e-6)
+    assert speed_shares(plan.joints_rad, arms).max() <= 1
     if method == "minimum_jerk":
         np.testing.assert_allclose(plan.joints_rad[-1], HOME, atol=1e-3)
+
+
+def test_a_hurried_plan_is_given_the_time_that_the_joints_need(reached, home, arms, monkeypatch):
+    ways = []  # all that were tried
+    monkeypatch.setattr(joining, "transition", lambda *given: ways.append(transition(*given)) or ways[-1])
+    _, plan = a_plan(reached, home, arms, a_model(rest_s=0.05))
+    assert speed_shares(arms.joints_for(ways[0][1:-1], HOME, FREE), arms).max() > 1.2
+    assert len(ways[1]) > len(ways[0])
+    fastest = speed_shares(plan.joints_rad, arms).max()
+    assert 0.5 < fastest <= 1
+    assert plan.speed_share == pytest.approx(fastest)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
@@ -50,7 +63,7 @@ def test_a_slice_home_goes_on_with_the_demonstration_of_the_last_interaction(rea
     errors = {
         demo: np.abs(plan.path.position_m[until + 1 - len(way) : until] - way[1:]).max() for demo, way in ways.items()
     }
-    assert errors[draw.picked[0].demo] < 1e-9
+    assert errors[draw.picked[0].demo] < 1e-6
     assert sorted(errors.values())[1] > 1e-4
 
 

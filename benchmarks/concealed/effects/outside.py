@@ -17,7 +17,7 @@ class FanJet(Effect):
 
     name: ClassVar[str] = "fan_jet"
     formula: ClassVar[str] = (
-        "rho/2 A c |w_n| w_n n exp(-(r/width)^2), w = U(t) d - v, r the distance from the jet's axis, U gusty at two rates"
+        "rho/2 A c |w_n| w_n n exp(-(r/width)^2), w = on(t) (U(t) d - v), r the distance from the jet's axis, U gusty at two rates, on from 0 to 1 between 0.55 and 0.85 s"
     )
 
     def begin(self, world: World) -> None:
