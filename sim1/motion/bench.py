@@ -27,7 +27,7 @@ from sim1.scene.description import Scene, read_scene
 from sim1.stage import BadInput, Inputs, only, random_stream
 from sim1.validity.clips import head_clip, write_clip
 from sim1.validity.raster import in_view_share
-from sim1.validity.success import CUT_SHORT, judge
+from sim1.validity.success import CUT_SHORT, OUT_OF_VIEW, judge
 
 if TYPE_CHECKING:
     from sim1.motion.stage import CandidateTrajectoriesConfig
@@ -135,7 +135,7 @@ class Bench:
             return False, made.failure, {}
         judgement = judge(unplaced(made.episode.garment_m, self.source.home.start_m), self.mesh.faces, self.task)
         seen = in_view_share(made.episode.garment_m, self.scene)
-        failure = judgement.failure or ("out of view" if seen < IN_VIEW_LEAST else None)
+        failure = judgement.failure or (OUT_OF_VIEW if seen < IN_VIEW_LEAST else None)
         figures = {name: float(value) for name, value in sorted({**judgement.figures, "in_view_share": seen}.items())}
         finite = {name: value if math.isfinite(value) else None for name, value in figures.items()}
         return failure is None, failure, finite

@@ -58,7 +58,7 @@ def fit_model(pool: Path, garment: str, config: MotionModelConfig, out: Path) ->
         width=config.width,
         layer_count=config.layer_count,
         token_count=config.token_count,
-        shape_count=config.shape_count,
+        shape_count=len(trained.network.shapes) if trained else config.shape_count,  # few examples have few
         sampling_steps=config.sampling_steps,
     )
     write_model(out, model)

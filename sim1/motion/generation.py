@@ -72,7 +72,7 @@ def quotas_of(config: CandidateTrajectoriesConfig) -> tuple[Quota, Quota]:
             target=config.success_target,
             counted="success",
             run_limit=config.run_limit,
-            try_limit=tries * config.candidate_count,
+            try_limit=tries * max(config.candidate_count, config.run_limit),
         ),
         Quota(
             series="perturbed",

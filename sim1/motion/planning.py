@@ -17,7 +17,7 @@ from sim1.motion.home import Home
 from sim1.motion.joining import Draw, Follower, Laid, Refused, carry_out
 from sim1.motion.model import MotionModel
 from sim1.motion.pool import Segment
-from sim1.motion.poses import ToolPath, joined
+from sim1.motion.poses import ToolPath
 from sim1.motion.reaching import reachable
 from sim1.motion.segments import Span
 from sim1.robot.kinematics import Unreachable
@@ -28,7 +28,7 @@ class Plan:
     """A planned path from home to home, T frames at 30 Hz."""
 
     joints_rad: np.ndarray  # (T, 2, 6)
-    path: ToolPath  # (T)
+    path: ToolPath  # (T) where the joints have the tools: at a joint's limit beside what was asked for
     spans: list[Span]  # alternating, every frame once; `moving` ones are the generated transitions
     demos: list[str]  # source of each interaction, in order
     speed_share: float  # fastest joint over its limit
@@ -67,12 +67,12 @@ class _Sheet:
     """Commands as they come, with the kind of each frame."""
 
     joints: list[np.ndarray] = field(default_factory=list)
-    paths: list[ToolPath] = field(default_factory=list)
+    openness: list[np.ndarray] = field(default_factory=list)
     kinds: list[str] = field(default_factory=list)
 
     def run(self, joints_rad: np.ndarray, path: ToolPath, kind: str) -> None:
         self.joints.append(joints_rad)
-        self.paths.append(path)
+        self.openness.append(path.openness)
         self.kinds += [kind] * len(path)
 
 
@@ -115,8 +115,9 @@ def planned(
         return NoPlan(failure="unreachable", detail=str(error))
     except Refused as error:
         return NoPlan(failure=error.failure, detail=str(error))
+    joints_rad, openness = np.concatenate(sheet.joints), np.concatenate(sheet.openness)
     return Plan(
-        joints_rad=np.concatenate(sheet.joints), path=joined(*sheet.paths), spans=_spans(sheet.kinds),
+        joints_rad=joints_rad, path=arms.tool_path(joints_rad, openness), spans=_spans(sheet.kinds),
         demos=[part.demo for part in draw.picked], speed_share=follower.speed_share,
     )  # fmt: skip
 

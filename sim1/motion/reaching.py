@@ -9,15 +9,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sim1.cloth.config import CellConfig
 from sim1.motion.commands import Arms
 from sim1.motion.poses import ToolPath
-from sim1.robot.gripper import travel_from_openness
+from sim1.robot.gripper import below_m
 from sim1.robot.kinematics import Unreachable
 
 # (share of the garment's turn that the tool follows, additional lean in rad), the most faithful first
 CHANGES = ((1.0, 0.0), (0.5, 0.0), (0.0, 0.0), (0.5, 0.15), (0.0, 0.15), (0.5, 0.3), (0.0, 0.3))
-FINGER = CellConfig()  # its measures are the URDF's, whatever the settings of a cell
 
 
 def reachable(
@@ -52,13 +50,7 @@ def changed(path: ToolPath, placement: np.ndarray, turn_share: float, lean_rad: 
     turn = np.arctan2(placement[1, 0], placement[0, 0])
     rotation = Rotation.from_euler("z", turn_share * turn).as_matrix() @ path.rotation
     rotation = Rotation.from_euler("y", -lean_rad).as_matrix() @ rotation
-    lift = _below_m(rotation, path.openness) - _below_m(path.rotation, path.openness)
+    lift = below_m(rotation, path.openness) - below_m(path.rotation, path.openness)
     position = path.moved(placement).position_m
     position = position + lift[..., None] * np.array([0.0, 0.0, 1.0])
     return ToolPath(position_m=position, rotation=rotation, openness=path.openness)
-
-
-def _below_m(rotation: np.ndarray, openness: np.ndarray) -> np.ndarray:
-    """How far the fingers' lowest edge lies below the middle between their tips: half a finger's width, and the outside of the lower one."""
-    outside_m = travel_from_openness(openness) + FINGER.finger_thickness_m
-    return 0.5 * FINGER.finger_width_m * np.abs(rotation[..., 2, 2]) + outside_m * np.abs(rotation[..., 2, 1])

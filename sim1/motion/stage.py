@@ -32,7 +32,7 @@ class MotionModelConfig:
     token_count: int = Field(32, ge=8)  # even phases of a transition
     shape_count: int = Field(32, ge=1, le=128)  # principal shapes of the residuals that a sample may be made of
     bank_count: int = Field(3000, ge=32)  # random variations of the demonstrated transitions
-    step_count: int = Field(4000, ge=1)  # optimizer steps, about 20 ms each on one core
+    step_count: int = Field(4000, ge=11)  # optimizer steps, about 20 ms each on one core; a tenth of them warms up
     batch_size: int = Field(16, ge=2)
     learning_rate: float = Field(4e-3, gt=0)
     sampling_steps: int = Field(16, ge=2)  # of DDIM

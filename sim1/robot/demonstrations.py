@@ -22,7 +22,7 @@ from sim1.robot.session_writer import SessionWriter
 from sim1.robot.stage import SeedDemosConfig
 from sim1.robot.teleoperation import read_commands
 from sim1.scene.description import read_scene
-from sim1.stage import Facts, Inputs, garment_of, only, random_stream
+from sim1.stage import BadInput, Facts, Inputs, garment_of, only, random_stream
 
 
 def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path) -> Facts:
@@ -43,7 +43,10 @@ def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path)
     given = read_commands(only(inputs, "demonstrations")) if inputs.get("demonstrations") else []
     most = len(given) or config.attempts
     report(0, most, "garment settles")
-    start = settle(cell, longest_s=config.settle_s, rest_speed_m_s=config.rest_speed_m_s)
+    try:
+        start = settle(cell, longest_s=config.settle_s, rest_speed_m_s=config.rest_speed_m_s)
+    except BadInput as error:
+        raise BadInput(f"{only(inputs, 'garment_mesh')} in {only(inputs, 'scene')}: {error}") from error
     np.savez(out / "start.npz", garment_m=start)
     (out / "task.json").write_text(json.dumps({"schema": SCHEMA, **asdict(task)}, indent=1, sort_keys=True) + "\n")
 

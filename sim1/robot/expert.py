@@ -4,7 +4,9 @@ It stands in for a person who teleoperates the robot. It knows where the garment
 through the fingers alone: press them down open, close them so that friction gathers a ridge of cloth between the pads, lift.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -12,17 +14,29 @@ from sim1.episode import ARMS
 from sim1.robot.expert_path import FRAME_S, Path3, min_jerk
 from sim1.robot.expert_task import ArmMove, Step, Task, find_keypoints, ideal_fold, mirror
 from sim1.robot.expert_variation import Variation
+from sim1.robot.gripper import below_m
 from sim1.robot.kinematics import Arm, Unreachable
 from sim1.scene.description import Scene
 
 ABOVE_M = 0.09  # height over the table from which a grasp is approached
 RETREAT_M = 0.15  # height to which opened fingers rise before the arms turn away: over the pile of a folded shirt
-PRESS_M = 0.0005  # finger tips at a grasp: inside the cloth's contact layer, so that they press on it
-LAY_M = 0.012  # finger tips when letting go
+PRESS_M = 0.0005  # lowest edge of the fingers at a grasp: inside the cloth's contact layer, so that they press on it
+LAY_M = 0.012  # this much higher when letting go
 RELEASE_OPENNESS = 0.40  # 35 mm
 SLACK_M = 0.005  # each hand moves this far towards the other: closing fingers have drawn the cloth between them taut
 SPEED_SHARE = 0.9  # of the joints' speed limits that a plan may use
+PACES = 4  # a plan that asks for more is slowed down, until it was tried so often
 TILTS_RAD = np.arange(0.0, 1.01, 0.1)  # of the fingers from straight down to forward; the first that reaches is taken
+
+
+class TooFast(RuntimeError):
+    """A joint would move faster than a plan may, however much the plan was slowed down."""
+
+    def __init__(self, ratio: float) -> None:
+        super().__init__(
+            f"slowed down {PACES - 1} times, a joint would still move at {100 * ratio:.0f} % of its speed limit, "
+            f"a plan may use {100 * SPEED_SHARE:.0f} %"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,33 +98,37 @@ def plan_step(
         variation: of this demonstration.
 
     Raises:
-        Unreachable: a point of the way is out of an arm's reach.
+        Unreachable: a point of the way is out of an arm's reach, whatever the tilt of its fingers.
+        TooFast: it asks too much of a joint.
     """
     step = task.steps[index]
     grasp, place = _points(task, index, start_m, garment_m, variation)
     lift = max(step.lift_m + variation.lift_shift_m, 0.03)
-    tilt = np.array([_tilt(workspace, side, step, grasp, place, lift) for side in range(2)])
-    press = PRESS_M + 0.011 * np.sin(tilt)  # the lower edge of a tilted, 22 mm wide finger is what touches
+    others = [_tilts(workspace, side, step, grasp, place, lift) for side in range(2)]
+    tilt = [next(some) for some in others]
     apart = grasp[1] - grasp[0]
     slack = SLACK_M * np.stack([apart, -apart]) / max(float(np.linalg.norm(apart)), 1e-9)
     pace, pauses = variation.pace, variation.pauses_s
-    for _ in range(4):
-        path = Path3(_at(grasp, ABOVE_M + press), step.opening)
-        path.move(_at(grasp, press), 0.6 * pace)
+    for _ in range(PACES):
+        path = Path3(_at(grasp, ABOVE_M + PRESS_M), step.opening)
+        path.move(_at(grasp, PRESS_M), 0.6 * pace)
         path.hold(0.1 + pauses[0])
         path.grip(0.0, 0.45 * pace)
         path.hold(0.1)
-        path.arc(_at(place + slack, LAY_M + press), lift, step.carry_s * pace, variation)
+        path.arc(_at(place + slack, LAY_M + PRESS_M), lift, step.carry_s * pace, variation)
         path.hold(0.1 + pauses[1])
         path.grip(RELEASE_OPENNESS, 0.6 * pace)
-        path.move(_at(place + slack, RETREAT_M + press), 1.2 * pace)
-        joints = _solve(workspace, path.positions(), tilt, step, joints_rad)
+        path.move(_at(place + slack, RETREAT_M + PRESS_M), 1.2 * pace)
+        joints = np.empty((len(path.openness()), 2, 6))
+        for side in range(2):
+            untried = chain([tilt[side]], others[side])
+            joints[:, side], tilt[side] = _followed(workspace, side, path, untried, step, joints_rad[side])
         ratio = _speed_ratio(workspace, joints)
         if ratio <= SPEED_SHARE:
             break
         pace *= 1.05 * ratio / SPEED_SHARE
     else:
-        raise Unreachable(0.0, 0.0)
+        raise TooFast(ratio)
     openness = path.openness()
     there, back = (
         _joint_move(workspace, joints_rad, joints[0], pace),
@@ -155,8 +173,15 @@ def _at(points: np.ndarray, height: float | np.ndarray) -> np.ndarray:
     return np.concatenate([points, np.broadcast_to(height, (2,))[:, None]], axis=1)
 
 
-def _tilt(workspace: Workspace, side: int, step: Step, grasp: np.ndarray, place: np.ndarray, lift: float) -> float:
-    """Smallest tilt with which the whole way is in reach."""
+def _tilts(
+    workspace: Workspace, side: int, step: Step, grasp: np.ndarray, place: np.ndarray, lift: float
+) -> Iterator[float]:
+    """Tilts with which eight points about the way are in reach, smallest first; `_followed` sees whether all of it is.
+
+    Raises:
+        Unreachable: there is none.
+    """
+    found = False
     problem: Unreachable | None = None
     yaw = np.radians(step.yaw_deg) * (1.0, -1.0)[side]
     for tilt in TILTS_RAD:
@@ -175,19 +200,40 @@ def _tilt(workspace: Workspace, side: int, step: Step, grasp: np.ndarray, place:
             if problem is None or error.position_error_m < problem.position_error_m:
                 problem = error
             continue
-        return float(tilt)
-    raise problem or Unreachable(0.0, 0.0)
+        found = True
+        yield float(tilt)
+    if not found:
+        assert problem is not None
+        raise problem
 
 
-def _solve(workspace: Workspace, positions: np.ndarray, tilt: np.ndarray, step: Step, start: np.ndarray) -> np.ndarray:
-    """Joints (n, 2, 6) along positions (n, 2, 3), each frame from the one before."""
-    joints = np.empty((len(positions), 2, 6))
-    for side in range(2):
-        yaw = np.radians(step.yaw_deg) * (1.0, -1.0)[side]
-        now = np.array(start[side])
-        for frame, point in enumerate(positions[:, side]):
-            now = workspace.inverse(side, tool_pose(point, tilt[side], yaw), now, restarts=6 if frame == 0 else 0)
-            joints[frame, side] = now
+def _followed(
+    workspace: Workspace, side: int, path: Path3, tilts: Iterator[float], step: Step, start: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Joints (n, 6) of an arm along all of `path` with the first tilt that allows it, and that tilt.
+
+    Raises:
+        Unreachable: with every tilt; of the first one.
+    """
+    problem: Unreachable | None = None
+    for tilt in tilts:
+        try:
+            return _solve(workspace, side, path, tilt, step, start), tilt
+        except Unreachable as error:
+            problem = problem or error
+    assert problem is not None
+    raise problem
+
+
+def _solve(workspace: Workspace, side: int, path: Path3, tilt: float, step: Step, start: np.ndarray) -> np.ndarray:
+    """Joints (n, 6), each frame from the one before, with the lowest edge of the fingers where `path` has the tool."""
+    yaw = np.radians(step.yaw_deg) * (1.0, -1.0)[side]
+    positions, openness = path.positions()[:, side], path.openness()[:, side]
+    positions[:, 2] += below_m(tool_pose(np.zeros(3), tilt, yaw)[:3, :3], openness)
+    joints, now = np.empty((len(positions), 6)), np.array(start)
+    for frame, point in enumerate(positions):
+        now = workspace.inverse(side, tool_pose(point, tilt, yaw), now, restarts=6 if frame == 0 else 0)
+        joints[frame] = now
     return joints
 
 

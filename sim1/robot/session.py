@@ -9,11 +9,11 @@ import numpy as np
 from sim1.cloth.cell import Cell, SimulationBroke
 from sim1.cloth.physics import physics_record
 from sim1.episode import RATE_HZ, Episode
-from sim1.robot.expert import Workspace, plan_step
+from sim1.robot.expert import TooFast, Workspace, plan_step
 from sim1.robot.expert_task import Task
 from sim1.robot.expert_variation import Variation
 from sim1.robot.kinematics import Unreachable
-from sim1.robot.teleoperation import Commands
+from sim1.robot.teleoperation import Commands, at_limits, not_followed
 from sim1.stage import BadInput
 from sim1.validity.success import judge
 
@@ -61,12 +61,12 @@ def settle(cell: Cell, *, longest_s: float, rest_speed_m_s: float) -> np.ndarray
     garment = cell.garment_m
     if garment[:, 2].min() < -0.02:
         raise BadInput(
-            f"garment: it slid off the table ({garment[:, 2].min():.3f} m); check garment.place of the scene"
+            f"the garment slid off the table ({garment[:, 2].min():.3f} m); check garment.place of the scene"
         )
     if not speed_m_s < rest_speed_m_s:
         raise BadInput(
-            f"garment: {longest_s} s after it was laid down a vertex still moves at {speed_m_s:.3f} m/s, at rest is below "
-            f"{rest_speed_m_s}; give it longer (settle_s), or check its mesh and fabric"
+            f"{longest_s} s after the garment was laid down a vertex still moves at {speed_m_s:.3f} m/s, at rest is "
+            f"below {rest_speed_m_s}; give it longer (settle_s), or check its mesh and fabric"
         )
     return garment
 
@@ -84,19 +84,28 @@ def demonstrate(cell: Cell, task: Task, start_m: np.ndarray, variation: Variatio
                 recorder.step(*last)
     except Unreachable as error:
         failure, note = "unreachable", str(error)
+    except TooFast as error:
+        failure, note = "too fast", str(error)
     except SimulationBroke as error:
         failure, note = "simulation broke", str(error)
     return _judged(recorder, cell, task, about, last, failure, note)
 
 
 def follow(cell: Cell, task: Task, start_m: np.ndarray, commands: Commands, about: dict[str, Any]) -> Episode:
-    """Let the arms do what a person asked of them, with the garment at `start_m` (v, 3); the episode says how it went."""
+    """Let the arms do what a person asked of them, with the garment at `start_m` (v, 3); the episode says how it went.
+
+    What passes a joint's limit by rounding alone is recorded at that limit. Commands that the arms cannot follow are a
+    failure, whatever became of the garment.
+    """
     cell.reset(start_m, commands.start_joints_rad, commands.start_openness)
     recorder = Recorder(cell)
-    failure, note, last = None, "", (commands.joints_rad[-1], commands.openness[-1])
+    asked_rad, reached_rad = at_limits(commands.joints_rad, cell.arms), []
+    failure, note, last = None, "", (asked_rad[-1], commands.openness[-1])
     try:
-        for asked in zip(commands.joints_rad, commands.openness):
+        for asked in zip(asked_rad, commands.openness):
             recorder.step(*asked)
+            reached_rad.append(np.array(cell.joints_rad))
+        failure, note = not_followed(commands.origin, asked_rad, np.array(reached_rad), cell.arms) or (None, "")
     except SimulationBroke as error:
         failure, note = "simulation broke", str(error)
     return _judged(recorder, cell, task, about, last, failure, note)

@@ -1,5 +1,6 @@
 """Demonstrations that a person gave: commands of both arms, as a LeRobot dataset of any rate holds them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,10 +8,13 @@ import numpy as np
 
 from sim1.dataset.reshape import lerobot_root
 from sim1.dataset.tables import column, read_tables
-from sim1.episode import JOINT_COUNT, RATE_HZ, STATE_NAMES
+from sim1.episode import ARMS, JOINT_COUNT, RATE_HZ, STATE_NAMES
+from sim1.robot.kinematics import Arm
 from sim1.stage import BadInput
 
 ACTION, STATE = "action", "observation.state"
+ROUNDING_RAD = 1e-6  # angles in float32, converted from degrees or not, are this near to what was meant
+LAG_RAD = 0.02  # a joint farther behind its command does not follow it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +58,53 @@ def read_commands(folder: Path) -> list[Commands]:
     if not result:
         raise BadInput(f"{root}: no episode in it; record one, or remove the folder")
     return result
+
+
+def at_limits(joints_rad: np.ndarray, arms: Sequence[Arm]) -> np.ndarray:
+    """Commands (T, 2, 6), those that pass a joint's limit by rounding alone moved onto it, as the cell moves them."""
+    within = np.clip(joints_rad, *_limits(arms))
+    return np.where(np.abs(joints_rad - within) <= ROUNDING_RAD, within, joints_rad)
+
+
+def not_followed(
+    origin: str, asked_rad: np.ndarray, reached_rad: np.ndarray, arms: Sequence[Arm]
+) -> tuple[str, str] | None:
+    """Class of failure and reason where the arms could not do what was asked of them; None where they could.
+
+    Args:
+        origin: of the commands.
+        asked_rad: (T, 2, 6) commands, of `at_limits`.
+        reached_rad: (T, 2, 6) where each command led.
+        arms: in the order of `ARMS`.
+    """
+    beyond = np.abs(asked_rad - np.clip(asked_rad, *_limits(arms)))
+    if beyond.max() > 0.0:
+        place = np.unravel_index(beyond.argmax(), beyond.shape)
+        lower, upper = (limits[place[1:]] for limits in _limits(arms))
+        return "beyond joint limits", (
+            f"demonstrations/{origin}: {_joint(place)} is asked to be at {asked_rad[place]:.6g} rad, "
+            f"its limits are {lower:g} and {upper:g}; demonstrate it within them, or leave this episode out"
+        )
+    lag = np.abs(reached_rad - asked_rad)
+    if lag.max() > LAG_RAD:
+        place = np.unravel_index(lag.argmax(), lag.shape)
+        speed = arms[place[1]].velocity_limit_rad_s[place[2]]
+        return "too fast", (
+            f"demonstrations/{origin}: {_joint(place)} is {lag[place]:.3g} rad behind its command, allowed {LAG_RAD}: "
+            f"no joint moves faster than its limit, {speed:g} rad/s; demonstrate it slower, or leave this episode out"
+        )
+    return None
+
+
+def _limits(arms: Sequence[Arm]) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper limits, (2, 6) each."""
+    return np.stack([arm.lower_rad for arm in arms]), np.stack([arm.upper_rad for arm in arms])
+
+
+def _joint(place: tuple[int, ...]) -> str:
+    """Name of a joint, and when it is: of an index into (T, 2, 6)."""
+    frame, side, joint = (int(number) for number in place)
+    return f"{ARMS[side]}_joint_{joint + 1}_rad at frame {frame} ({frame / RATE_HZ:.2f} s, {RATE_HZ:g} frames a second)"
 
 
 def _commands(actions: np.ndarray, state: np.ndarray, rate_hz: float, origin: str) -> Commands:

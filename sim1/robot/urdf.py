@@ -182,3 +182,12 @@ def _check_tree(path: Path, links: dict[str, Link], joints: dict[str, Joint]) ->
         raise BadInput(f"{path}: joints name links that do not exist: {unknown}")
     if len(set(children)) != len(children) or len(children) != len(links) - 1:
         raise BadInput(f"{path}: {len(links)} links and {len(joints)} joints do not form one tree")
+    above = {joint.child: joint.parent for joint in joints.values()}
+    for link in links:
+        way = [link]
+        while (parent := above.get(way[-1])) is not None:  # up to the one link that hangs on nothing
+            if parent in way:
+                raise BadInput(
+                    f"{path}: link {parent!r} hangs on itself by way of {way}; correct the parent of a joint"
+                )
+            way.append(parent)

@@ -65,8 +65,8 @@ def build(
     cloud = scan.cloud.only(separation.garment)
     if len(cloud) < 0.05 * len(scan.cloud) or len(cloud) < 100:
         raise BadInput(
-            f"scan: only {len(cloud)} of {len(scan.cloud)} points are not taken for the support; check that support.ply stands"
-            " within a few centimetres of its place in the scan, or give a mask.npz"
+            f"only {len(cloud)} of {len(scan.cloud)} points are not taken for the support; check that support.ply"
+            " stands within a few centimetres of its place in the scan, or give a mask.npz"
         )
     report(1, len(_STEPS), _STEPS[1])
     points = cloud.points_m.astype(float)

@@ -12,6 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from sim1.data_file import explained
 from sim1.stage import BadInput
+from sim1.unique_keys import UniqueKeys
 
 METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 
@@ -69,12 +70,15 @@ def read_garment_file(path: Path) -> GarmentFile:
     """Read and check a garment file.
 
     Raises:
-        BadInput: missing, not YAML, an unknown or missing key, a value out of range, axes that are not at right angles.
+        BadInput: not readable, not YAML, a key that is unknown, missing or there twice, a value out of range, axes that
+            are not at right angles.
     """
     try:
-        values = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise BadInput(f"{path}: garment file missing; docs/scan-format.md shows one") from error
+        values = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeys)
+    except OSError as error:
+        raise BadInput(
+            f"{path}: the garment file cannot be read ({error.strerror}); docs/scan-format.md shows one"
+        ) from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise BadInput(f"{path}: not valid YAML ({' '.join(str(error).split())})") from error
     if not isinstance(values, dict):

@@ -13,6 +13,7 @@ from sim1.scan.ply import read_ply
 from sim1.stage import BadInput
 
 READERS = {".ply": read_ply, ".obj": read_obj}
+SUPPORT = "support"  # file of the mannequin or rack, written in any case
 _GREY = 180  # of points without a colour
 
 
@@ -33,8 +34,8 @@ def ingest(
     Raises:
         BadInput: nothing to read, damaged, empty, not finite, too few points, wrong units, files that do not fit together.
     """
-    reserved = {f"support{suffix}" for suffix in READERS}
-    files = sorted(path for path in folder.glob("*") if path.suffix.lower() in READERS and path.name not in reserved)
+    found = sorted(path for path in folder.glob("*") if path.suffix.lower() in READERS)
+    files = [path for path in found if path.stem.lower() != SUPPORT]
     if not files:
         raise BadInput(f"{folder}: no scan (*.ply or *.obj); put the point cloud or mesh of the garment there")
     scale, rotation = garment.metres_per_unit, frame_rotation(garment.frame)
@@ -61,11 +62,7 @@ def ingest(
     )
     poses = _read_views(folder / "views.json", cloud.view, scale, rotation)
     truth, label = _read_truth(folder / "truth.npz", len(cloud), scale, rotation)
-    support = [
-        _read_support(path, scale, rotation)
-        for path in sorted(folder.glob("support.*"))
-        if path.suffix.lower() in READERS
-    ]
+    support = [_read_support(path, scale, rotation) for path in found if path.stem.lower() == SUPPORT]
     return Scan(
         cloud=cloud,
         scanner_to_world=poses,
@@ -90,8 +87,8 @@ def _read_cloud(path: Path, view: int | None, spacing: float, seed: int) -> Clou
     colors = np.full((len(points), 3), _GREY, np.uint8)
     if {"red", "green", "blue"} <= set(vertex):
         colors = np.stack([vertex[name] for name in ("red", "green", "blue")], axis=1)
-        if colors.dtype.kind == "f":
-            colors = np.round(colors * 255.0)
+        if colors.dtype.kind == "f":  # 0 to 1 or, as some programs write it, 0 to 255
+            colors = np.round(colors * (255.0 if np.nanmax(colors) <= 1.0 else 1.0))
         colors = np.clip(colors, 0, 255).astype(np.uint8)
     normals = np.zeros((len(points), 3))
     if {"nx", "ny", "nz"} <= set(vertex):

@@ -58,6 +58,6 @@ def read_obj(path: Path) -> tuple[dict[str, np.ndarray], np.ndarray]:
 
 def _vertex(word: str, count: int) -> int:
     index = int(word.split("/")[0])
-    if index == 0:
-        raise ValueError("vertex index 0")
+    if index == 0 or index < -count:
+        raise ValueError(f"vertex index {index}, with {count} vertices so far")
     return index - 1 if index > 0 else count + index

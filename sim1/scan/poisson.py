@@ -69,6 +69,8 @@ def cut_open(
 
 def _patches(surface: Shape, among: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Component labels of the faces of `among`, and the length of each component's longest rim (m)."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
     from trimesh.graph import face_adjacency
 
     label = face_components(surface.faces, among)
@@ -76,4 +78,13 @@ def _patches(surface: Shape, among: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     rim = among[pairs[:, 0]] != among[pairs[:, 1]]
     inside = label[np.where(among[pairs[rim, 0]], pairs[rim, 0], pairs[rim, 1])]
     length = np.linalg.norm(np.diff(surface.vertices_m[edges[rim]], axis=1)[:, 0], axis=1)
-    return label, np.bincount(inside, length, minlength=label.max() + 1)
+    longest = np.zeros(label.max() + 1)
+    if rim.any():
+        # A corner of the rim counts once for each patch at it: patches that touch there have rims of their own.
+        ends = np.stack([np.repeat(inside, 2), edges[rim].ravel()], axis=1)
+        corners, place = np.unique(ends, axis=0, return_inverse=True)
+        first, last = place.reshape(-1, 2).T
+        graph = coo_matrix((np.ones(len(first)), (first, last)), shape=(len(corners),) * 2)
+        _, loop = connected_components(graph, directed=False)
+        np.maximum.at(longest, inside, np.bincount(loop[first], length)[loop[first]])
+    return label, longest

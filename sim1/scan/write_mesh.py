@@ -13,26 +13,34 @@ from sim1.scan.mesh_pictures import draw_errors, draw_preview, draw_separation
 from sim1.scan.remesh import area_m2, corner_angles_rad
 from sim1.scan.rims import rim_lengths_m
 from sim1.scan.texture import bake, write_textured_obj
-from sim1.stage import Facts, random_stream
+from sim1.stage import BadInput, Facts, random_stream
 
 if TYPE_CHECKING:
     from sim1.scan.stage import GarmentMeshConfig
 
 
 def make_garment_mesh(scan_folder: Path, out: Path, config: "GarmentMeshConfig", garment: str) -> Facts:
-    """Write the artifact into `out`; returns the facts for its reader."""
+    """Write the artifact into `out`; returns the facts for its reader.
+
+    Raises:
+        BadInput: the scan is damaged, or no mesh can be made of it (`build`).
+    """
     scan = read_scan(scan_folder)
     about = json.loads((scan_folder / "garment.json").read_text())
-    built = build(
-        scan,
-        openings=about["openings"],
-        edge_m=config.edge_m,
-        vertex_count=config.vertex_count,
-        cell_m=config.cell_m,
-        gap_spacings=config.gap_spacings,
-        taubin_steps=config.taubin_steps,
-        angle_rad=float(np.radians(config.angle_deg)),
-    )
+    try:
+        built = build(
+            scan,
+            openings=about["openings"],
+            edge_m=config.edge_m,
+            vertex_count=config.vertex_count,
+            cell_m=config.cell_m,
+            gap_spacings=config.gap_spacings,
+            taubin_steps=config.taubin_steps,
+            angle_rad=float(np.radians(config.angle_deg)),
+        )
+    except BadInput as error:
+        made_from = f"data/scans/{garment}, data/garments/{garment}.yaml"  # what a person can change
+        raise BadInput(f"{scan_folder} ({made_from}): {error}") from error
     mesh = built.mesh
     texture = bake(
         mesh.vertices_m.astype(float), mesh.faces, built.cloud.points_m, built.cloud.colors, config.texture_pixels

@@ -29,8 +29,8 @@ class Example:
     perturbed: bool
 
 
-def read_examples(demos: Path, candidates: Path, what: str) -> Iterator[Example]:
-    """Episodes of both that were carried out to their end (`CUT_SHORT`), demonstrations first, with progress on `what`.
+def read_examples(demos: Path, candidates: Path, what: str, without: frozenset[str] = CUT_SHORT) -> Iterator[Example]:
+    """Episodes of both, demonstrations first, but for those with a failure of `without`; with progress on `what`.
 
     One by one, as all of them together fill a memory.
 
@@ -41,7 +41,7 @@ def read_examples(demos: Path, candidates: Path, what: str) -> Iterator[Example]
     folders += [("candidate", folder) for folder in episode_folders(candidates)]
     for kind, folder in track(folders, what):
         example = _example(kind, folder)
-        if example.episode.about.get("failure") not in CUT_SHORT:
+        if example.episode.about.get("failure") not in without:
             yield example
 
 

@@ -16,6 +16,7 @@ from sim1.validity.examples import read_examples, reference_of
 from sim1.validity.features import episode_features
 from sim1.validity.pictures import draw_rules
 from sim1.validity.rules import Rules, admissible, learn_rules, read_rules, write_rules
+from sim1.validity.success import CUT_SHORT, OUT_OF_VIEW
 
 if TYPE_CHECKING:
     from sim1.validity.stage import StateRulesConfig
@@ -31,7 +32,8 @@ def learn(demos: Path, candidates: Path, mesh: GarmentMesh, config: StateRulesCo
     """
     reference = reference_of(mesh, demos)
     rows, sources = [], []
-    for item in read_examples(demos, candidates, "particle features"):
+    # Features do not say where a garment lay: what is out of view would be folded garments called failures.
+    for item in read_examples(demos, candidates, "particle features", without=CUT_SHORT | {OUT_OF_VIEW}):
         about = {"example": item.name, "success": item.success, "perturbed": item.perturbed}
         rows.append(about | episode_features(item.episode.garment_m, reference))
         sources.append(item.sources)

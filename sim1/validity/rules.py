@@ -1,4 +1,6 @@
-"""Threshold rules over features: learned, written and applied as data that a person can read and edit.
+"""Threshold rules over features: learned, written and applied as data that a person can read.
+
+They are part of an artifact, and one whose bytes were changed is refused: other rules come of other settings.
 
 The paper's authors wrote theirs with a language model's help; here a shallow decision tree proposes them, or, with too few
 failures to learn from, the range of the successful runs with a margin.
@@ -165,17 +167,30 @@ def _rounded(condition: Condition) -> dict[str, Any]:
     return {key: value for key, value in entry.items() if value is not None}
 
 
+def _condition(entry: dict[str, Any]) -> Condition:
+    """Of an entry of `all_of`; raises TypeError or ValueError where a name is no text or a limit no finite number."""
+    condition = Condition(**entry)
+    if not isinstance(condition.feature, str):
+        raise ValueError(f"feature is {condition.feature!r}, expected its name")
+    for key, limit in (("above", condition.above), ("below", condition.below)):
+        if limit is not None and (
+            isinstance(limit, bool) or not isinstance(limit, int | float) or not np.isfinite(limit)
+        ):
+            raise ValueError(f"{key} of {condition.feature} is {limit!r}, expected a number")
+    return condition
+
+
 def read_rules(path: Path) -> Rules:
-    """Read `rules.yaml`, written by the stage or edited by a person.
+    """Read `rules.yaml`, as `write_rules` wrote it.
 
     Raises:
-        BadInput: not readable, another schema, or an unknown key.
+        BadInput: not readable, another schema, an unknown key, or a value of another type.
     """
     try:
         about = yaml.safe_load(path.read_text())
         if not isinstance(about, dict) or about.get("schema") != SCHEMA:
             raise ValueError(f"schema is not {SCHEMA!r}")
-        alternatives = tuple(tuple(Condition(**entry) for entry in item["all_of"]) for item in about["any_of"])
+        alternatives = tuple(tuple(map(_condition, item["all_of"])) for item in about["any_of"])
         return Rules(method=str(about["method"]), reason=str(about["reason"]), any_of=alternatives)
     except (OSError, yaml.YAMLError, ValueError, KeyError, TypeError) as error:
         raise BadInput(f"{path}: not readable rules ({error}); make state_rules again") from error

@@ -20,9 +20,11 @@ type Failure = Literal[
     "simulation broke",
     "off the table",
 ]
-# Runs that were not carried out to their end. They fail whatever the garment looks like by then, often well folded with an arm that
-# does not find home: to filters that look at the garment alone, they would be folded garments called failures.
-CUT_SHORT = frozenset({"unreachable", "too fast", "no source motion", "simulation broke"})
+# Runs that were not carried out to their end, or not as they were asked for. They fail whatever the garment looks like
+# by then, often well folded with an arm that does not find home: to filters that look at the garment alone, they would be
+# folded garments called failures.
+CUT_SHORT = frozenset({"unreachable", "too fast", "beyond joint limits", "no source motion", "simulation broke"})
+OUT_OF_VIEW = "out of view"  # of the head camera, which is no matter of how the garment is folded
 PIXEL_M = 0.004
 LAST_FRAMES = 10  # a third of a second
 _TINY = 1e-12  # a limit of nothing has no shares
