@@ -14,6 +14,7 @@ from sim1.dataset.tables import DAMAGED
 from sim1.stage import BadInput
 
 PROVENANCE, KEYPOINTS = "provenance.parquet", "keypoints.json"
+FILES = (PROVENANCE, KEYPOINTS, LIMITS)
 ORIGIN = ("episode_index", "garment", "trajectory", "appearance", "sources")  # columns that say which episode it is
 
 
@@ -28,11 +29,12 @@ class Beside:
 
     @classmethod
     def of(cls, folder: Path, *, episode_count: int) -> Self:
-        """Read them, for a dataset of so many episodes.
+        """Read them, for a dataset of so many episodes, whose artifact or whose `lerobot/` therein is given.
 
         Raises:
             BadInput: one of them is damaged, or tells of other episodes.
         """
+        folder = artifact_of(folder)
         path = folder / PROVENANCE
         table = read_provenance(path) if path.is_file() else None
         if table is not None and table["episode_index"].tolist() != list(range(episode_count)):
@@ -56,6 +58,22 @@ class Beside:
         for name, content in ((KEYPOINTS, self.keypoints), (LIMITS, self.limits)):
             if content is not None:
                 (out / name).write_text(json.dumps(content, indent=1) + "\n")
+
+
+def artifact_of(folder: Path) -> Path:
+    """The folder in which these files lie: the given one, or the artifact whose `lerobot/` it is.
+
+    Only provenance tells of an artifact: any other folder may be called `lerobot`.
+    """
+    for place in (folder.absolute(), folder.resolve()):  # either may be a link
+        if place.name == "lerobot" and not (folder / PROVENANCE).is_file() and (place.parent / PROVENANCE).is_file():
+            return place.parent
+    return folder
+
+
+def lacking(folder: Path) -> list[str]:
+    """Which of these files a dataset does not have; see `artifact_of`."""
+    return [name for name in FILES if not (artifact_of(folder) / name).is_file()]
 
 
 def read_provenance(path: Path) -> pd.DataFrame:

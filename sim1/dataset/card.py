@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from jinja2 import Environment
 
@@ -43,9 +44,11 @@ configs:
 
 None of the figures or pictures here were measured on a real robot.
 
-* **Pictures** are rendered with Blender. Table, room, light and the elevation of the head camera are drawn at random for every
-  episode: {{ looks.tables }} tables and {{ looks.rooms }} rooms. {{ looks.scanned }} of {{ total.episodes }} episodes show the garment's scanned texture, the
-  others {{ looks.fabrics }} made-up fabrics; names and numbers are in `look` of `provenance.parquet`.
+* **Pictures** are rendered with Blender, in appearances drawn at random. The {{ total.episodes }} episodes show
+  {{ looks.appearances }} of them, with {{ looks.tables }} tables and {{ looks.rooms }} rooms and their light;
+  the head camera's elevation {{ looks.elevation }}.
+  {{ looks.scanned }} of {{ total.episodes }} episodes show the garment's scanned texture,
+  the others {{ looks.fabrics }} made-up fabrics; names and numbers are in `look` of `provenance.parquet`.
 * **Garments and robot** move in a simulation. States are the simulated joint angles, actions the commands that lead
   to the next frame's.
 * **Garment shapes** come from the scans that the pipeline was given. Those that the project ships are virtual: made by a model of
@@ -137,11 +140,16 @@ def write_card(out: Path, provenance: pd.DataFrame, *, name: str, license: str) 
     return {"episodes": len(provenance), "frames": frames, "size_mb": round(total["size_mb"], 3), "garments": table}
 
 
-def _looks(column: pd.Series) -> dict[str, int]:
-    """How many episodes show the measured texture, and how many names of each sort there are."""
+def _looks(column: pd.Series) -> dict[str, int | str]:
+    """How many appearances and names of each sort there are, how often the measured texture, and the camera."""
     looks = [json.loads(look) for look in column]
     names = {sort: [look[sort]["name"] for look in looks] for sort in ("fabric", "table", "room")}
+    turns_deg = np.degrees([look.get("elevation_offset_rad", 0.0) for look in looks])
+    low, high = turns_deg.min(), turns_deg.max()
+    varies = f"varies by {low:+.1f}° to {high:+.1f}° from where the scene has it"
     return {
+        "appearances": len({json.dumps(look, sort_keys=True) for look in looks}),
+        "elevation": varies if high > low else f"is the same in all of them, {low:+.1f}° from where the scene has it",
         "scanned": names["fabric"].count(SCANNED),
         "fabrics": len({*names["fabric"]} - {SCANNED}),
         "tables": len({*names["table"]}),

@@ -11,6 +11,8 @@ from sim1.episode import Episode, episode_folders, read_episode
 from sim1.render.appearance_file import read_about
 from sim1.stage import BadInput
 
+GARMENT = "garment.npz"
+
 
 @dataclass(frozen=True, kw_only=True)
 class RenderedClip:
@@ -23,6 +25,11 @@ class RenderedClip:
     about: dict[str, Any]  # appearance.json
     rest_m: np.ndarray  # (v, 3) rest shape of the garment
     episode: Path
+
+    @property
+    def mesh(self) -> Path:
+        """File with `rest_m`."""
+        return self.episode.parents[1] / GARMENT
 
     @property
     def rate_hz(self) -> float:
@@ -50,7 +57,7 @@ def read_clips(artifact: Path, garment: str) -> list[RenderedClip]:
     Raises:
         BadInput: a file is missing, unreadable or of another schema, or the number of frames is not what appearance.json says.
     """
-    garment_file = read_numbers(artifact / "garment.npz", {"rest_m": ("v", 3)}, "garment", "render the episodes again")
+    garment_file = read_numbers(artifact / GARMENT, {"rest_m": ("v", 3)}, "garment", "render the episodes again")
     rest_m = garment_file["rest_m"]
     clips = []
     for episode in episode_folders(artifact):

@@ -16,10 +16,10 @@ NAME = "sim1/folding"  # LeRobot wants an owner and a name; nothing is looked up
 class DatasetConfig:
     """How the dataset is written."""
 
-    keypoint_count: int = 12  # garment vertices in privileged.garment_keypoints; the same for every garment
+    keypoint_count: int = Field(12, ge=1)  # garment vertices in privileged.garment_keypoints, as many of every garment
     codec: Literal["h264", "libsvtav1"] = "h264"  # h264 decodes everywhere; libsvtav1 (AV1) is smaller and slower
-    crf: int = 23  # constant rate factor of the video: lower is better and larger
-    keyframe_interval: int = 2  # frames; short, because training reads frames in random order
+    crf: int = Field(23, ge=0, le=63)  # constant rate factor: lower is better and larger; the worst of h264 is 51
+    keyframe_interval: int = Field(2, ge=1, le=1000)  # frames; short, because training reads frames in random order
 
 
 @stage_config
@@ -33,7 +33,8 @@ def dataset(inputs: Inputs, out: Path, config: DatasetConfig) -> Facts:
     """Write `lerobot/`, `README.md`, `provenance.parquet`, `keypoints.json`, `limits.json` and pictures.
 
     Raises:
-        BadInput: nothing to write, or the garments were rendered at different rates, sizes or with different cameras.
+        BadInput: nothing to write, the garments were rendered at different rates, sizes or with different cameras, or a
+            mesh has fewer vertices than `keypoint_count`.
     """
     from sim1.dataset.card import write_card
     from sim1.dataset.limits import write_limits

@@ -41,7 +41,7 @@ def write_dataset(
     )
     if rate_hz != int(rate_hz):
         raise BadInput(f"rendered episodes: {rate_hz} Hz; LeRobot wants a whole number of frames per second")
-    keypoints = {clip.garment: keypoint_indices(clip.rest_m, config.keypoint_count) for clip in clips}
+    keypoints = {clip.garment: _keypoints(clip, config.keypoint_count) for clip in clips}
     # Without B-frames a frame's time stamp is its place in the file, also after episodes were joined. One thread, and no
     # macroblock tree, make x264's decisions the same every time: with the tree 8 of 700 encodings of the same small
     # frames differed, whatever the load; without it none of 2500 did.
@@ -72,6 +72,15 @@ def write_dataset(
     provenance = pd.DataFrame(rows)
     provenance.to_parquet(out / "provenance.parquet", index=False)
     return provenance
+
+
+def _keypoints(clip: RenderedClip, count: int) -> np.ndarray:
+    if (most := len(clip.rest_m)) < count:
+        raise BadInput(
+            f"{clip.mesh}: the mesh of {clip.garment} has {most} vertices, setting keypoint_count of stage dataset wants "
+            f"{count}; set it to {most} at most, or make garment_mesh finer"
+        )
+    return keypoint_indices(clip.rest_m, count)
 
 
 def thumbnail(image: np.ndarray) -> list[int]:

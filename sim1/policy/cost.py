@@ -10,8 +10,11 @@ from sim1.stage import BadInput, stage_config
 
 SCHEMA = "sim1.prices/1"
 HOURS_PER_DAY = 24
-# Work that every further trajectory needs again; all the rest is done once per garment or once in all.
-PER_TRAJECTORY_STAGES = ("candidate_trajectories", "valid_trajectories", "rendered_episodes", "dataset")
+# Work that every further trajectory needs again; all the rest is done once per garment or once in all. The stages of
+# the second line may be told to take but some of what those of the first accepted.
+MADE_BY = ("candidate_trajectories", "valid_trajectories")
+SHOWN_BY = ("rendered_episodes", "dataset")
+PER_TRAJECTORY_STAGES = (*MADE_BY, *SHOWN_BY)
 
 type Timings = Mapping[str, Mapping[str, float | None]]
 """Stage -> garment ("" for a joint stage) -> seconds that making all of the artifact took; None where nobody knows."""
@@ -102,12 +105,12 @@ def paper_simulation(prices: Prices) -> Production:
     )
 
 
-def this_machine(prices: Prices, timings: Timings, trajectory_count: int) -> Production | None:
+def this_machine(prices: Prices, timings: Timings, accepted_count: int, shown_count: int) -> Production | None:
     """The machine at hand around the clock at the measured pace of the stages that every trajectory passes.
 
-    None where a stage of the four was not measured, or nothing was accepted.
+    None where a stage of the four was not measured, or nothing was accepted or rendered.
     """
-    seconds = per_trajectory_seconds(timings, trajectory_count)
+    seconds = per_trajectory_seconds(timings, accepted_count, shown_count)
     if seconds is None:
         return None
     return Production(
@@ -117,15 +120,21 @@ def this_machine(prices: Prices, timings: Timings, trajectory_count: int) -> Pro
     )
 
 
-def per_trajectory_seconds(timings: Timings, trajectory_count: int) -> float | None:
-    """Seconds of machine time per accepted trajectory, rejected candidates and all appearances included.
+def per_trajectory_seconds(timings: Timings, accepted_count: int, shown_count: int) -> float | None:
+    """Seconds of machine time to have a trajectory accepted, rejected candidates included, and to show it.
 
-    None where nothing was accepted, or what one artifact of these stages took is not known, or all took no time.
+    None where nothing was accepted or shown, what one artifact of these stages took is not known, or all took no time.
+
+    Args:
+        timings: of all stages.
+        accepted_count: trajectories of `valid_trajectories`.
+        shown_count: those of them that the dataset shows.
     """
     missing = [s for s in PER_TRAJECTORY_STAGES if not timings.get(s) or None in timings[s].values()]
-    if missing or not trajectory_count:
+    if missing or not accepted_count or not shown_count:
         return None
-    return sum(sum(timings[stage].values()) for stage in PER_TRAJECTORY_STAGES) / trajectory_count or None
+    made_s, shown_s = (sum(sum(timings[stage].values()) for stage in stages) for stages in (MADE_BY, SHOWN_BY))
+    return made_s / accepted_count + shown_s / shown_count or None
 
 
 def read_timings(path: Path) -> Timings:

@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from sim1.policy import paper
-from sim1.policy.cost import PER_TRAJECTORY_STAGES, Prices, Production, Timings
+from sim1.policy.cost import MADE_BY, PER_TRAJECTORY_STAGES, SHOWN_BY, Prices, Production, Timings
 from sim1.policy.counting import read_figures
 from sim1.report import Section, write_report
 
-SCHEMA = "sim1.costs/1"
+SCHEMA = "sim1.costs/2"
 LEAD = (
     "What one trajectory costs: a person at the real robot, the paper's GPU server, and this machine. The first two lines "
     "are the paper's arithmetic; a third stands there only where this project measured its seconds."
@@ -34,6 +34,7 @@ class Costs(TypedDict):
     """What is read of `costs.json`."""
 
     accepted_count: int
+    shown_count: int  # of these in the dataset
     methods: list[Way]
 
 
@@ -45,7 +46,7 @@ def write_cost_page(out: Path, prices: Prices, timings: Timings) -> None:
         Section(heading="How it was reckoned", paragraphs=_method(prices, found)),
         Section(
             heading="Measured seconds",
-            paragraphs=[f"{found['accepted_count']} accepted trajectories."] if timings else ["not measured"],
+            paragraphs=[_counts(found)] if timings else ["not measured"],
             table=[
                 {
                     "Stage": stage,
@@ -69,7 +70,7 @@ def result_sections(artifact: Path) -> list[Section]:
     found = _read(artifact)
     methods = [Production(**{key: item[key] for key in Production.__dataclass_fields__}) for item in found["methods"]]
     here = [
-        f"This machine: {found['accepted_count']} accepted trajectories, at the measured pace of the stages that every trajectory "
+        f"This machine: {_counts(found)[:-1]}; at the measured pace of the stages that every trajectory "
         "passes; its price an hour is an assumption, and its pictures and frame rate are those of the profile, not the paper's."
     ]
     return [
@@ -90,6 +91,12 @@ def result_sections(artifact: Path) -> list[Section]:
     ]
 
 
+def _counts(found: Mapping[str, Any]) -> str:
+    return (
+        f"{found['accepted_count']} accepted trajectories, {found['shown_count']} of them rendered and in the dataset."
+    )
+
+
 def _read(artifact: Path) -> dict[str, Any]:
     return read_figures(artifact / "costs.json", SCHEMA, "cost_report", Costs)
 
@@ -108,9 +115,11 @@ def _method(prices: Prices, found: Mapping[str, Any]) -> list[str]:
         return [*notes, NOT_MEASURED]
     return [
         *notes,
-        f"This machine ({prices.this_machine.description}): {found['accepted_count']} accepted trajectories, around the clock at the pace "
-        f"of {', '.join(PER_TRAJECTORY_STAGES)}; rejected candidates and all appearances are paid for by the accepted "
-        f"ones. Artifacts that were made side by side count with the seconds of each: alone each would have taken less. Its price of ${prices.this_machine.usd_per_hour:g} an hour is an assumption in prices.yaml; short "
+        f"This machine ({prices.this_machine.description}): {_counts(found)[:-1]}; around the clock at the pace "
+        f"of {', '.join(PER_TRAJECTORY_STAGES)}. Rejected candidates are paid for by the accepted ones "
+        f"({', '.join(MADE_BY)}), all appearances by the trajectories that are shown ({', '.join(SHOWN_BY)}). "
+        "Artifacts that were made side by side count with the seconds of each: alone each would have taken less. "
+        f"Its price of ${prices.this_machine.usd_per_hour:g} an hour is an assumption in prices.yaml; short "
         "runs include start-up times that long ones spread out. The work differs too: picture size, frame rate and number "
         "of episodes are those of the profile, not the paper's. Training of filters and policy is not included, nor is the one-time "
         "work listed below.",

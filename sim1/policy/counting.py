@@ -87,6 +87,16 @@ def together(words: str) -> str:
     return words.replace(" ", "\N{NO-BREAK SPACE}")
 
 
+def shown_count(dataset: Path) -> int:
+    """Trajectories of all garments that a `dataset` artifact shows, each once, in however many appearances.
+
+    Raises:
+        BadInput: its provenance is missing or damaged.
+    """
+    names = ["garment", "trajectory"]
+    return len(read_table(dataset / "provenance.parquet", names).drop_duplicates(names))
+
+
 def accepted_count(artifacts: Mapping[str, Path]) -> int:
     """Accepted trajectories of all garments."""
     return int(read_decisions(artifacts)["accepted"].sum())

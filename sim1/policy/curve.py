@@ -13,7 +13,7 @@ from sim1.policy.equivalence import Worth
 from sim1.policy.scaling import Point, PowerLaw, Task
 from sim1.stage import BadInput
 
-SCHEMA = "sim1.curve/6"
+SCHEMA = "sim1.curve/7"
 
 
 @dataclass(frozen=True, kw_only=True)

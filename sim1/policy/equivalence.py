@@ -53,23 +53,27 @@ def worth(lessons: Mapping[str, Any], open_loop: pd.DataFrame, trials: pd.DataFr
 
 
 def by_error(errors: pd.DataFrame, seed: int) -> Worth | str:
-    """From errors of both kinds of policies on the same held-out real demonstrations; these and networks are resampled."""
+    """From errors of both kinds of policies on the same held-out real demonstrations; these and networks are resampled.
+
+    The interval is that of percentiles: where the curve meets a value is no mean, and may be nowhere.
+    """
     figure = "action error on held-out real demonstrations"
     if missing := _missing(errors):
         return f"{figure}: {missing}"
     of = dict(iter(errors.groupby("trained_on")))
     sizes, real = np.array(sorted(of[GENERATED]["size"].unique()), float), int(of[REAL]["size"].max())
     rows = [*(of[GENERATED][of[GENERATED]["size"] == size] for size in sizes), of[REAL][of[REAL]["size"] == real]]
-    tables = np.stack([error_table(one) for one in rows])
+    found = [error_table(one) for one in rows]
+    tables, sources = np.stack([one.errors for one in found]), found[0].sources
 
     def measure(means_rad: np.ndarray) -> tuple[float, float]:
         slope, offset = np.polyfit(np.log(sizes), np.log(means_rad[:-1]), 1)
         level = float(means_rad[-1])
         return level, _crossing(np.log(level), slope, offset, sizes.min(), rises=False)
 
-    again = means_of_resamples(tables, RESAMPLES, random_stream(seed, "worth", "error"))
+    again = means_of_resamples(tables, sources, RESAMPLES, random_stream(seed, "worth", "error"))
     level, size = measure(tables.mean(axis=(1, 2)))
-    others = [measure(means)[1] for means in again.T] if tables.shape[1] > 1 else []
+    others = [measure(means)[1] for means in again.T] if found[0].source_count > 1 else []
     return _worth(figure, None, real, sizes, level, size, others)
 
 

@@ -11,27 +11,32 @@ import pandas as pd
 from sim1.picture_file import save_figure
 from sim1.policy.episodes import read_keypoints, read_rate_hz
 from sim1.policy.lessons import GENERATED, REAL, SIMULATED, Lesson, ModelKey, none_because, read_lessons
-from sim1.policy.model import ChunkPolicy, save_policy
+from sim1.policy.model import ChunkPolicy, kept_policy, save_policy
 from sim1.policy.pictures import draw_command
 from sim1.policy.rollout import Driving
+from sim1.policy.split import sources_of_tests
 from sim1.policy.stage import PolicyConfig
 from sim1.policy.time_limit import time_limits
 from sim1.policy.training import TrainingPlan, open_loop_error, train
-from sim1.policy.trial_crew import Plan, run_trials, tidy_up
+from sim1.policy.trial_crew import Plan, finish, run_trials, tidied
 from sim1.policy.trial_strips import draw_trials
 from sim1.policy.trials import TRIAL_COLUMNS, TrialSettings
 from sim1.progress import report, within
 from sim1.stage import BadInput, Facts, Inputs, only
 
 OPEN_LOOP_COLUMNS = (
-    "trained_on", "size", "seed", "tested_on", "garment", "trajectory", "joint_error_rad", "openness_error", "hold_joint_error_rad",
+    "trained_on", "size", "seed", "tested_on", "garment", "trajectory", "source",
+    "joint_error_rad", "openness_error", "hold_joint_error_rad",
 )  # fmt: skip
-ABOUT_SCHEMA = "sim1.policy_result/3"  # of policy.json
+ABOUT_SCHEMA = "sim1.policy_result/4"  # of policy.json
+TRIALS = "trials"  # folder, while at work
 TRAINING_SHARE = 0.2  # of the progress bar; trials in the simulator take the rest
 
 
 def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
-    """Write models, `policy.json`, `open_loop.parquet`, `evaluation.parquet` and pictures into `out`."""
+    """Write models, `policy.json`, `open_loop.parquet`, `evaluation.parquet`, `facts.json` and pictures into `out`."""
+    if facts := tidied(out / TRIALS):
+        return facts
     dataset = only(inputs, "dataset")
     demos = {SIMULATED: inputs.get("seed_demos", {}), REAL: inputs.get("real_demos", {})}
     rate_hz = read_rate_hz(dataset)
@@ -49,10 +54,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         depth=config.depth,
     )
     with within(0.0, TRAINING_SHARE):
-        models = _train_all(lessons, garments, config.seeds, plan)
-    (out / "policies").mkdir(exist_ok=True)  # a killed run's are written again, with the same bytes
-    for key, model in models.items():
-        save_policy(out / "policies" / key.file, model)
+        models = _train_all(lessons, garments, config.seeds, plan, out / "policies")
     errors = _errors(models, lessons)
     driving = Driving(
         rate_hz=rate_hz,
@@ -69,7 +71,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         settings=TrialSettings(driving=driving, limits=limits, config=config),
     )
     with within(TRAINING_SHARE, 1.0):
-        rows, strips = run_trials(trials, out / "trials", config.processes)
+        rows, strips = run_trials(trials, out / TRIALS, config.processes)
         report(1.0, 1.0, "trials done")
 
     pd.DataFrame(errors, columns=list(OPEN_LOOP_COLUMNS)).to_parquet(out / "open_loop.parquet", index=False)
@@ -104,9 +106,8 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
     save_figure(draw_command(model, shown, held_out=bool(generated.held_out)), out / "command.png", dpi=110)
     for shift, figure in draw_trials(rows, strips).items():
         save_figure(figure, out / f"trials_{shift}.png", dpi=110)
-    tidy_up(out / "trials")
     largest = [row for row in errors if row["size"] == generated.sizes[-1] and _own(row)]
-    return {
+    facts = {
         "model_count": len(models),
         **{f"{lesson.kind}_sizes": ", ".join(map(str, lesson.sizes)) for lesson in lessons},
         "held_out_trajectory_count": sum(len(lesson.held_out) for lesson in lessons),
@@ -117,6 +118,7 @@ def run_experiment(inputs: Inputs, out: Path, config: PolicyConfig) -> Facts:
         "trial_count": len(rows),
         "success_count": sum(row["success"] for row in rows),
     }
+    return finish(out / TRIALS, facts)
 
 
 def trial_models(lesson: Lesson, config: PolicyConfig) -> list[ModelKey]:
@@ -139,31 +141,40 @@ def trial_garments(garments: Sequence[str], first: Sequence[str], count: int) ->
 
 
 def _train_all(
-    lessons: Sequence[Lesson], garments: Sequence[str], seeds: Sequence[int], plan: TrainingPlan
+    lessons: Sequence[Lesson], garments: Sequence[str], seeds: Sequence[int], plan: TrainingPlan, folder: Path
 ) -> dict[ModelKey, ChunkPolicy]:
+    """All models, each saved in `folder` once it is trained; one that a killed run saved there is not trained again."""
+    folder.mkdir(exist_ok=True)
     tasks = [(lesson, size, seed) for lesson in lessons for size in lesson.sizes for seed in seeds]
     models = {}
     for done, (lesson, size, seed) in enumerate(tasks):
         what = f"training on {size} {lesson.kind} trajectories, seed {seed}"
         report(done, len(tasks), what)
-        model = train(lesson.training_set(size, seed), garments, plan, seed)
-        if not model.is_finite():
-            raise BadInput(
-                f"stage policy: {what}: its weights are not finite after {plan.steps} steps; "
-                f"set a smaller learning_rate than {plan.learning_rate:g} in the profile"
-            )
-        models[ModelKey(lesson.kind, size, seed)] = model
+        key, shown = ModelKey(lesson.kind, size, seed), lesson.training_set(size, seed)
+        names = [f"{item.garment}/{item.name}" for item in shown]
+        learnt = json.dumps({**asdict(plan), "seed": seed, "garments": garments, "from": names}, sort_keys=True)
+        if (model := kept_policy(folder / key.file, learnt)) is None:
+            model = train(shown, garments, plan, seed)
+            if not model.is_finite():
+                raise BadInput(
+                    f"stage policy: {what}: its weights are not finite after {plan.steps} steps; "
+                    f"set a smaller learning_rate than {plan.learning_rate:g} in the profile"
+                )
+            save_policy(folder / key.file, model, learnt)
+        models[key] = model
     return models
 
 
 def _errors(models: Mapping[ModelKey, ChunkPolicy], lessons: Sequence[Lesson]) -> list[dict[str, object]]:
     """Of every model on its own kind's held-out trajectories, and on the real ones: they are what counts."""
+    sources = {lesson.kind: sources_of_tests(lesson.splits) for lesson in lessons}
     return [
         {
             **key._asdict(),
             "tested_on": lesson.kind,
             "garment": item.garment,
             "trajectory": item.name,
+            "source": sources[lesson.kind][item.garment, item.name],
             **asdict(open_loop_error(model, item)),
         }
         for key, model in models.items()

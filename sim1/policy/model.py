@@ -13,7 +13,7 @@ from torch import nn
 
 from sim1.stage import BadInput
 
-SCHEMA = "sim1.policy/1"
+SCHEMA = "sim1.policy/2"
 MIN_SPREAD = 0.01  # rad, m or openness: a channel that hardly moves is not blown up by its normalisation
 FAR_INPUT = 5.0  # spreads from the mean; what lies further out than training ever saw is taken to lie there
 
@@ -26,7 +26,7 @@ class PolicyShape:
     state_size: int
     keypoint_size: int
     action_size: int
-    chunk_frames: int  # commands predicted at once, 30 per second
+    chunk_frames: int  # commands predicted at once, at the dataset's rate
     width: int
     depth: int  # hidden layers
 
@@ -81,11 +81,14 @@ class ChunkPolicy(nn.Module):
         return self.restore_action(self(inputs, one_hot)).numpy()
 
 
-def save_policy(path: Path, policy: ChunkPolicy) -> None:
-    """Weights, normalisation and shape in one safetensors file."""
+def save_policy(path: Path, policy: ChunkPolicy, learnt: str = "") -> None:
+    """Weights, normalisation, shape and how it learnt in one safetensors file, there whole or not at all."""
     tensors = {name: tensor.contiguous() for name, tensor in sorted(policy.state_dict().items())}
-    about = json.dumps({"schema": SCHEMA, **asdict(policy.shape)}, sort_keys=True)
-    save_file(tensors, path, metadata={"policy": about})
+    # One entry: safetensors writes several in an order that changes from process to process.
+    about = json.dumps({"schema": SCHEMA, **asdict(policy.shape), "learnt": learnt}, sort_keys=True)
+    part = path.with_name(f"{path.name}.part")
+    save_file(tensors, part, metadata={"policy": about})
+    part.replace(path)
 
 
 def load_policy(path: Path) -> ChunkPolicy:
@@ -94,16 +97,31 @@ def load_policy(path: Path) -> ChunkPolicy:
     Raises:
         BadInput: the file is missing, damaged or of another schema.
     """
+    return _read(path)[0]
+
+
+def kept_policy(path: Path, learnt: str) -> ChunkPolicy | None:
+    """The policy in a file, if there is a whole one that learnt so."""
+    try:
+        policy, found = _read(path)
+    except BadInput:
+        return None
+    return policy if found == learnt else None
+
+
+def _read(path: Path) -> tuple[ChunkPolicy, str]:
+    """A policy, and how it learnt."""
     try:
         with safe_open(path, framework="pt") as file:
             about = json.loads(file.metadata()["policy"])
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118, not a dict
         if about.pop("schema") != SCHEMA:
             raise BadInput(f"{path}: not a policy of schema {SCHEMA}; train it again")
+        learnt = about.pop("learnt")
         policy = ChunkPolicy(PolicyShape(**{**about, "garments": tuple(about["garments"])}))
         policy.load_state_dict(tensors)
     except BadInput:
         raise
     except Exception as error:  # safetensors raises its own kinds, all for a damaged file
         raise BadInput(f"{path}: not a readable policy ({error}); train it again") from error
-    return policy.eval()
+    return policy.eval(), learnt

@@ -8,7 +8,7 @@ import pandas as pd
 
 from sim1.clustered_share import Difference
 from sim1.policy import paper
-from sim1.policy.error_table import RESAMPLES, TAILS, error_table, interval_of, means_of_resamples
+from sim1.policy.error_table import RESAMPLES, error_table, interval_about, interval_of, means_of_resamples
 from sim1.policy.lessons import GENERATED, KINDS, REAL
 from sim1.policy.tried import Tried, compare, count
 from sim1.stage import random_stream
@@ -23,8 +23,9 @@ class Error:
 
     tested_on: str
     count: int  # errors measured: models x held-out trajectories
+    source_count: int  # held-out demonstrations that these come from
     joint_error_rad: float
-    interval_rad: Interval | None  # bootstrap over trajectories and networks; None: there is one trajectory
+    interval_rad: Interval | None  # bootstrap over demonstrations and networks; None: there is one demonstration
     hold_joint_error_rad: float  # of standing still, on the same trajectories
 
 
@@ -118,8 +119,9 @@ def _error(errors: pd.DataFrame, tested_on: str, seed: int) -> Error:
     return Error(
         tested_on=tested_on,
         count=len(errors),
-        joint_error_rad=float(table.mean()),
-        interval_rad=interval_of(table, random_stream(seed, "scaling", size)),
+        source_count=table.source_count,
+        joint_error_rad=float(table.errors.mean()),
+        interval_rad=interval_of(table, random_stream(seed, "scaling", size), least=0.0),
         hold_joint_error_rad=float(errors["hold_joint_error_rad"].mean()),
     )
 
@@ -136,19 +138,20 @@ def fit_power_law(open_loop: pd.DataFrame, seed: int) -> PowerLaw | str:
     sizes = sorted(open_loop["size"].unique())
     if len(sizes) < MIN_SIZES:
         return f"{len(sizes)} training sizes; a fitted curve needs at least {MIN_SIZES}"
-    tables = np.stack([error_table(open_loop[open_loop["size"] == size]) for size in sizes])
+    found = [error_table(open_loop[open_loop["size"] == size]) for size in sizes]
+    tables = np.stack([one.errors for one in found])  # of the same trajectories, whatever the size
     x, y = np.log(np.array(sizes, dtype=float)), np.log(tables.mean(axis=(1, 2)))
     slope, offset = np.polyfit(x, y, 1)
     left, spread = y - (slope * x + offset), ((y - y.mean()) ** 2).sum()
     # Networks of one seed learnt from nested sets, whatever the size: they are drawn together.
-    resampled = means_of_resamples(tables, RESAMPLES, random_stream(seed, "power-law"))
-    low, high = np.quantile(-np.polyfit(x, np.log(resampled), 1)[0], TAILS)
+    resampled = means_of_resamples(tables, found[0].sources, RESAMPLES, random_stream(seed, "power-law"))
+    exponents = -np.polyfit(x, np.log(resampled), 1)[0]
     return PowerLaw(
         trained_on=str(open_loop["trained_on"].iloc[0]),
         tested_on=str(open_loop["tested_on"].iloc[0]),
         size_count=len(sizes),
         scale_rad=float(np.exp(offset)),
         exponent=float(-slope),
-        exponent_interval=Interval(float(low), float(high)) if tables.shape[1] > 1 else None,
+        exponent_interval=interval_about(float(-slope), exponents, found[0].source_count),
         r_squared=float(1 - (left**2).sum() / spread) if spread > 0 else 1.0,
     )

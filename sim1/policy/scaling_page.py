@@ -10,6 +10,7 @@ from sim1.policy import paper
 from sim1.policy.counting import NOT_RUN
 from sim1.policy.curve import read_curve
 from sim1.policy.equivalence import Worth
+from sim1.policy.error_table import said_of_errors
 from sim1.policy.lessons import NAMES, REAL
 from sim1.policy.scaling import Point, PowerLaw
 from sim1.policy.shift_table import OURS, shift_section, task_section
@@ -57,8 +58,7 @@ def write_scaling_page(out: Path, about: Mapping[str, Any]) -> None:
                 "as many as bring the share near to what is asked for; other sources may be shared with training. Split “trajectory”: every trajectory uses every source, so single "
                 "trajectories were held out, which is the weaker test. Split “none”: too few to hold any out.",
                 "Action error: mean absolute difference between the predicted chunk of joint commands and the recorded one. "
-                "Standing still is the error of a policy that does nothing. Intervals of errors and of what is fitted to them: bootstrap over held-out "
-                "trajectories and networks, each drawn anew; of one network what others would err is not in them.",
+                "Standing still is the error of a policy that does nothing.",
                 _trials(about),
             ],
             table=[{"of": NAMES[kind], **row} for kind, lesson in lessons.items() for row in lesson["splits"]],
@@ -83,6 +83,7 @@ def result_sections(artifact: Path) -> list[Section]:
             heading="Scaling curves",
             paragraphs=[
                 *_laws(curve.fits),
+                *_errors(curve.points),
                 f"Closed loop, all together: {f'{successes} of {trials}' if trials else 'none tried'}. The paper draws its curves and prints no figures of them.",
                 *said_of_worlds(curve.worlds),
                 *([said_of_intervals(networks)] if tried else []),
@@ -159,9 +160,15 @@ def _laws(fits: Sequence[PowerLaw]) -> list[str]:
     return words
 
 
+def _errors(points: Sequence[Point]) -> list[str]:
+    """What intervals of errors, and of what is fitted to them, hold; nothing where no error was measured."""
+    sources = {NAMES[error.tested_on]: error.source_count for point in points for error in point.errors}
+    return [said_of_errors(sources)] if sources else []
+
+
 def _of(fit: PowerLaw) -> str:
     if fit.exponent_interval is None:
-        return "one held-out trajectory: no interval"
+        return "one held-out demonstration: no interval"
     return "95 % bootstrap interval {:.2f} to {:.2f}".format(*fit.exponent_interval)
 
 
@@ -174,7 +181,8 @@ def _shown(point: Point) -> dict[str, object]:
     for error in point.errors:
         interval = "({:.3g} to {:.3g}), ".format(*np.degrees(error.interval_rad)) if error.interval_rad else ""
         row[f"Error on held-out {error.tested_on} (degrees)"] = (
-            f"{np.degrees(error.joint_error_rad):.3g} {interval}n = {error.count}; "
+            f"{np.degrees(error.joint_error_rad):.3g} {interval}n = {error.count}, "
+            f"demonstrations: {error.source_count}; "
             f"standing still {np.degrees(error.hold_joint_error_rad):.3g}"
         )
     for tried in point.trials:

@@ -1,11 +1,12 @@
 """Which trajectories train a policy and which are kept to test it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from sim1.dataset.reshape import kindred
 from sim1.policy.episodes import Trajectory
 from sim1.stage import random_stream
 
@@ -28,6 +29,19 @@ class GarmentSplit:
             "split": self.kind,
             "held-out sources": list(self.held_out_sources),
         }
+
+    def sources_of_tests(self) -> dict[str, str]:
+        """Name of each test trajectory -> the held-out demonstrations that it uses, with those linked to these.
+
+        Trajectories of one value hang together. Of kind "trajectory" none is held out: all that they use count.
+        """
+        used = [item.sources & set(self.held_out_sources) or item.sources for item in self.test]
+        groups = kindred([sorted(sources) for sources in used])
+        found = {}
+        for item, group in zip(self.test, groups, strict=True):
+            linked = set().union(*(used[place] for place in np.flatnonzero(groups == group)))
+            found[item.name] = " + ".join(sorted(linked)) or item.name  # one that names none is kin to none
+        return found
 
 
 def split_garment(trajectories: Sequence[Trajectory], test_share: float, rng: np.random.Generator) -> GarmentSplit:
@@ -80,6 +94,15 @@ def split_by_garment(trajectories: Sequence[Trajectory], test_share: float, seed
     names = sorted({item.garment for item in trajectories})
     own = {name: [item for item in trajectories if item.garment == name] for name in names}
     return {name: split_garment(own[name], test_share, random_stream(seed, "split", name)) for name in names}
+
+
+def sources_of_tests(splits: Mapping[str, GarmentSplit]) -> dict[tuple[str, str], str]:
+    """Garment and name of each test trajectory -> its held-out demonstrations, see `GarmentSplit.sources_of_tests`."""
+    return {
+        (garment, name): source
+        for garment, split in splits.items()
+        for name, source in split.sources_of_tests().items()
+    }
 
 
 def nested_order(trajectories: Sequence[Trajectory], rng: np.random.Generator) -> list[Trajectory]:

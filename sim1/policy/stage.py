@@ -176,20 +176,21 @@ def cost_report(inputs: Inputs, out: Path, config: CostReportConfig) -> Facts:
     """The paper's cost arithmetic, and this machine's where seconds were measured (source `timings`).
 
     Raises:
-        BadInput: the price file or the timings are not what they should be.
+        BadInput: the price file, the timings, decisions or the dataset's provenance are not what they should be.
     """
     from sim1.policy.cost import paper_simulation, read_prices, read_timings, real_collection, this_machine
     from sim1.policy.cost_page import SCHEMA, shown, write_cost_page
-    from sim1.policy.counting import accepted_count
+    from sim1.policy.counting import accepted_count, shown_count
 
     prices = read_prices(only(inputs, "prices"))
     timings = read_timings(only(inputs, "timings")) if inputs.get("timings") else {}
-    count = accepted_count(inputs["valid_trajectories"])
-    here = this_machine(prices, timings, count)
+    count, shown_in_dataset = accepted_count(inputs["valid_trajectories"]), shown_count(only(inputs, "dataset"))
+    here = this_machine(prices, timings, count, shown_in_dataset)
     methods = [real_collection(prices), paper_simulation(prices), *([here] if here else [])]
     costs = {
         "schema": SCHEMA,
         "accepted_count": count,
+        "shown_count": shown_in_dataset,
         "methods": [
             {**asdict(item), "usd_per_trajectory": item.usd_per_trajectory, "measured": item is here}
             for item in methods
@@ -198,7 +199,11 @@ def cost_report(inputs: Inputs, out: Path, config: CostReportConfig) -> Facts:
     }
     (out / "costs.json").write_text(json.dumps(costs, indent=1, sort_keys=True) + "\n")
     write_cost_page(out, prices, timings)
-    return {"accepted_count": count, "methods": [shown(item, methods[0]) for item in methods]}
+    return {
+        "accepted_count": count,
+        "shown_count": shown_in_dataset,
+        "methods": [shown(item, methods[0]) for item in methods],
+    }
 
 
 def check_source_prices(path: Path) -> None:

@@ -1,6 +1,7 @@
 """Trials by any number of processes, each with cells of its own; a killed run goes on with what is made."""
 
 import functools
+import json
 import os
 import shutil
 from collections import Counter
@@ -19,9 +20,10 @@ from sim1.policy.model import ChunkPolicy, load_policy
 from sim1.policy.trials import Bench, Trial, TrialSettings, open_bench, run_trial
 from sim1.progress import report
 from sim1.quota import Quota, Row, Ticket
-from sim1.stage import BadInput, Inputs
+from sim1.stage import BadInput, Facts, Inputs
 
 STRIP = "strip.npz"
+FACTS = "facts.json"  # of an experiment, beside its trials
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +96,6 @@ def make_trials(
     foreseen: tuple[type[Exception], ...] = (BadInput,),
 ) -> tuple[list[dict[str, Any]], list[Path]]:
     """The same of trials whose rows and strips makers make, whoever drives; see `sim1.crew.labour_together`."""
-    shutil.rmtree(_going(root), ignore_errors=True)  # of a run that was killed while it tidied up
     if not trials:
         return [], []
     root.mkdir(exist_ok=True)
@@ -107,15 +108,26 @@ def make_trials(
     return [rows[trial.name] for trial in trials], [root / "episodes" / trial.name / STRIP for trial in trials]
 
 
-def tidy_up(root: Path) -> None:
-    """Remove what `make_trials` kept, once everything is written that is made of it: whole or not at all, whenever the process dies."""
-    if root.exists():
-        root.rename(_going(root))
-    shutil.rmtree(_going(root), ignore_errors=True)
+def finish(root: Path, facts: Facts) -> Facts:
+    """Note what was found, once all is written that is made of trials, and remove what `make_trials` kept of them.
+
+    The note, `facts.json` beside `root`, is there before anything is removed, and stays: a process may die until the
+    artifact was checked and is in its place, and then needs no trial again.
+    """
+    note = root.with_name(FACTS)
+    part = note.with_suffix(".part")
+    part.write_text(json.dumps(facts, indent=1) + "\n")
+    part.replace(note)
+    return tidied(root)
 
 
-def _going(root: Path) -> Path:
-    return root.with_name(f"{root.name}.gone")
+def tidied(root: Path) -> Facts | None:
+    """What a run noted that needs no trial any more, with what is left of its trials removed; None: there is none."""
+    note = root.with_name(FACTS)
+    if not note.exists():
+        return None
+    shutil.rmtree(root, ignore_errors=True)
+    return json.loads(note.read_text())
 
 
 def _quotas(trials: Sequence[Trial]) -> list[Quota]:

@@ -26,6 +26,7 @@ type Picture = tuple[str, int]
 class Clip:
     """One episode in one appearance."""
 
+    garment: str = ""  # whose episode it is; a sheet of looks is nobody's
     episode: str  # name of the episode's folder
     variant: int
     frame_count: int
@@ -101,10 +102,11 @@ class Job:
     def picture_seed(self, clip: Clip, camera: str, frame: int) -> int:
         """Seed of the sampling of one picture, in [0, 2**31).
 
-        Each picture has noise of its own, or a policy would learn the pattern that all have in common. It is counted in states,
-        such that a trajectory shown at a lower rate, or again in another look, has the same noise in the same moment.
+        Each picture has noise of its own, or a policy would learn the pattern that all have in common; garments number
+        their episodes alike. It is counted in states, such that a trajectory shown at a lower rate, or again in another
+        look, has the same noise in the same moment.
         """
-        stream = random_stream(self.settings["seed"], "noise", clip.episode, camera, frame * clip.stride)
+        stream = random_stream(self.settings["seed"], "noise", clip.garment, clip.episode, camera, frame * clip.stride)
         return int(stream.integers(2**31))
 
     def arrays(self) -> dict[str, np.ndarray]:

@@ -122,6 +122,7 @@ def plan_job(
         for variant, look in enumerate(looks):
             cameras = film_set.raised(footage.cameras, look.elevation_offset_rad)
             clip = Clip(
+                garment=garment,
                 episode=source.name,
                 variant=variant,
                 frame_count=footage.frame_count,
@@ -133,6 +134,7 @@ def plan_job(
             seen_by = _seen_by(film_set.cameras, cameras, config)
             about = {
                 **settings,
+                "garment": garment,
                 "variant": clip.variant,
                 "frame_count": clip.frame_count,
                 "cameras": seen_by,

@@ -55,18 +55,22 @@ def rendered_episodes(inputs: Inputs, out: Path, config: RenderConfig) -> Facts:
         BadInput: damaged inputs or looks, or an unknown camera.
         BlenderFailed: a process of Blender could not finish.
     """
+    from sim1.render.drawn_again import forget_hidden, note_hidden, read_hidden, work_of
     from sim1.render.pictures import write_contact_sheet
     from sim1.render.visible import hidden_clips
 
     garment = garment_of(inputs)
-    again: Counter[tuple[str, int]] = Counter()
+    work = work_of(inputs, garment, config)
+    draws = read_hidden(out, work)
+    again = Counter(clip for hidden in draws for clip in hidden)
     job = _render(inputs, garment, out, config, again)
-    for _ in range(REDRAWN_AT_MOST):
-        if not (hidden := hidden_clips(out)):
-            break
+    while len(draws) < REDRAWN_AT_MOST and (hidden := hidden_clips(out)):
         again.update(hidden)
+        draws.append(hidden)
+        note_hidden(out, work, draws)
         job = _render(inputs, garment, out, config, again)
     write_contact_sheet(out, title=f"{garment}: rendered episodes")
+    forget_hidden(out)
     looks = [clip.appearance for clip in job.clips]
     return {
         "episodes": len({clip.episode for clip in job.clips}),

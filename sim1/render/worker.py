@@ -35,11 +35,12 @@ def main(job_folder: Path, out: Path, threads: int) -> int:
     settings = {**job.settings, "threads": threads}
     scene = RenderScene(arrays=job.arrays(), part_colors=job.part_colors, texture=job.texture, settings=settings)
     say(device=scene.device)
-    shown, footage = "", None
+    clip, footage = None, None
     for line in sys.stdin:
         order = Order.of(line)
-        if order.clip != shown:
-            shown, clip = order.clip, job.clip(order.clip)
+        # Not its key alone: a live camera may be shown another look under the same one.
+        if (asked := job.clip(order.clip)) != clip:
+            clip = asked
             scene.set_appearance(clip.appearance)
             footage = None if order.moment else job.footage(clip)
         if order.moment:

@@ -198,7 +198,9 @@ def test_the_card_states_counts_license_and_what_is_simulated(made):
         "6 episodes, 48 frames at 10 Hz",
         "scripted expert",
         "| towel | turn the towel over | 2 | 2.0 | 4 | 32 |",
-        "1 tables and 1 rooms. 0 of 6 episodes show the garment's scanned texture, the\n  others 1 made-up fabrics",
+        "The 6 episodes show\n  1 of them, with 1 tables and 1 rooms and their light;\n",
+        "the head camera's elevation is the same in all of them, +0.0° from where the scene has it.",
+        "0 of 6 episodes show the garment's scanned texture,\n  the others 1 made-up fabrics",
     ):
         assert words in card
     for name in ("frames.png", "motion.png"):

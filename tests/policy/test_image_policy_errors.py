@@ -23,12 +23,13 @@ def data(tmp_path_factory):
         return write_world(tmp_path_factory.mktemp("world"))["dataset"][""]
 
 
-def test_intervals_are_over_trajectories_and_changes_are_paired():
+def test_intervals_are_over_demonstrations_and_changes_are_paired():
     stream = np.random.default_rng(0)
     level = stream.uniform(0.1, 0.5, 6)  # trajectories differ by far more than a look changes
     rows = [
-        {"seed": seed, "pictures": name, "garment": "towel", "trajectory": str(place), "appearance": appearance, "joint_error_rad": own + more,
-         "openness_error": 0.1, "hold_joint_error_rad": 0.2, "hold_openness_error": 0.1}
+        {"seed": seed, "pictures": name, "garment": "towel", "trajectory": str(place), "source": str(place),
+         "appearance": appearance, "joint_error_rad": own + more, "openness_error": 0.1,
+         "hold_joint_error_rad": 0.2, "hold_openness_error": 0.1}
         for name, more, copies in ((DATASET, 0.0, 2), (IN_DOMAIN, 0.0, 1), ("lighting", 0.02, 1), (BLANK, 0.3, 1))
         for place, own in enumerate(level)
         for appearance in range(copies)
@@ -36,20 +37,27 @@ def test_intervals_are_over_trajectories_and_changes_are_paired():
     ]  # fmt: skip
     points = {point.pictures: point for point in measure(pd.DataFrame(rows), seed=0)}
     assert list(points) == [DATASET, IN_DOMAIN, "lighting", BLANK]
-    assert (points[DATASET].trajectory_count, points[DATASET].clip_count) == (6, 12)
-    wide = np.quantile(np.random.default_rng(1).choice(level, size=(2000, 6)).mean(axis=1), [0.025, 0.975])
-    np.testing.assert_allclose(points[DATASET].joint_rad.interval, wide, atol=0.03)
+    counts = points[DATASET].trajectory_count, points[DATASET].source_count, points[DATASET].clip_count
+    assert counts == (6, 6, 12)
+    half = 2.571 * level.std(ddof=1) / np.sqrt(6)  # Student's
+    np.testing.assert_allclose(
+        points[DATASET].joint_rad.interval, (level.mean() - half, level.mean() + half), atol=0.01
+    )
     np.testing.assert_allclose(points["lighting"].joint_change_rad.interval, (0.02, 0.02), atol=1e-9)
     np.testing.assert_allclose(points["lighting"].openness_change.interval, (0.0, 0.0), atol=1e-9)
     assert points[IN_DOMAIN].joint_change_rad is None
     one = measure(pd.DataFrame(rows)[lambda table: table["trajectory"] == "0"], seed=0)
     assert one[0].joint_rad.interval is None
+    kin = measure(pd.DataFrame(rows).assign(source="0003"), seed=0)
+    assert (kin[0].trajectory_count, kin[0].source_count, kin[0].joint_rad.interval) == (6, 1, None)
+    assert kin[2].joint_change_rad.interval is None
 
 
 def test_networks_that_differ_widen_the_interval_and_not_that_of_a_change_which_all_of_them_show():
     def points(spread):
         rows = [
-            {"seed": seed, "pictures": name, "garment": "towel", "trajectory": str(place), "appearance": 0,
+            {"seed": seed, "pictures": name, "garment": "towel", "trajectory": str(place), "source": str(place),
+             "appearance": 0,
              "joint_error_rad": 0.2 + 0.001 * place + spread * seed + more, "openness_error": 0.1, "hold_joint_error_rad": 0.2,
              "hold_openness_error": 0.1}
             for name, more in ((IN_DOMAIN, 0.0), ("lighting", 0.02))

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 import pytest
+from opengl import with_opengl
 from painted_world import ROBOT
 from PIL import Image
 from towel_cell import LOOKS, write_inputs
@@ -16,7 +17,6 @@ from sim1.policy.image.clips import Clip, clips_of
 from sim1.policy.image.shifts import IN_DOMAIN, TITLES, shifted_looks
 from sim1.policy.image.views import choose_trajectories, write_views
 from sim1.render.appearance import SCANNED
-from sim1.render.blender import NO_OPENGL, BlenderFailed
 from sim1.render.looks.draw import draw_appearance, read_looks
 from sim1.render.stage import RenderConfig, rendered_episodes
 from sim1.stage import BadInput, random_stream
@@ -131,12 +131,8 @@ def rendered(tmp_path, request):
     config = RenderConfig(
         seed=5, engine=request.param, width=48, height=36, samples=1, rate_hz=15, variants=1, threads=1
     )
-    try:
+    with with_opengl():
         rendered_episodes(inputs, tmp_path / "rendered", config)
-    except BlenderFailed as error:
-        if NO_OPENGL in str(error):
-            pytest.skip(NO_OPENGL)
-        raise
     dataset(
         {"robot": ROBOT, "rendered_episodes": {"towel": tmp_path / "rendered"}}, tmp_path / "dataset", DatasetConfig()
     )

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from painted_world import HELD_OUT, MITE, Painter, write_mite, write_world
+from painted_world import HELD_OUT, MITE, SOURCES, Painter, write_mite, write_world
 from safetensors.torch import load_file, save_file
 
 from sim1.policy.image.clips import split_clips
@@ -81,6 +81,7 @@ def test_every_held_out_clip_and_every_look_is_measured(made):
     assert (facts["training_trajectory_count"], facts["held_out_trajectory_count"]) == (4, 1)
     errors = pd.read_parquet(out / "open_loop.parquet")
     assert set(errors["trajectory"]) == {HELD_OUT}
+    assert set(errors["source"]) == {SOURCES[HELD_OUT]}
     assert errors["pictures"].value_counts().to_dict() == {DATASET: 2, BLANK: 1, **dict.fromkeys(TITLES, 1)}
     assert errors["hold_joint_error_rad"].nunique() == 1  # the motion is the same in all of them
     looks = errors[errors["pictures"].isin([*TITLES, BLANK])]

@@ -40,8 +40,8 @@ def wardrobe(known):
 def dressed(known, wardrobe):
     """Function that gives the look of a trial."""
 
-    def of(shift: str, number: int, seed: int = 0):
-        trial = Trial(model=ModelKey(GENERATED, 3, 0), garment="towel", shift=shift, number=number)
+    def of(shift: str, number: int, seed: int = 0, network: int = 0):
+        trial = Trial(model=ModelKey(GENERATED, 3, network), garment="towel", shift=shift, number=number)
         return dress(trial, wardrobe, known, seed=seed, viewpoint_rad=np.radians(5.0), frame_count=9)
 
     return of
@@ -69,6 +69,12 @@ def test_pictures_of_all_shifts_of_a_trial_have_the_same_noise_and_those_of_anot
     assert len({dressed(shift, 4).clip.episode for shift in SHIFTS}) == 1  # what the noise is drawn from
     assert len({dressed(shift, 4).clip.key for shift in SHIFTS}) == len(SHIFTS)
     assert dressed("in-domain", 4).clip.episode != dressed("in-domain", 5).clip.episode
+
+
+def test_trials_of_two_networks_have_looks_noise_and_clips_of_their_own(dressed):
+    pairs = [(dressed("in-domain", number), dressed("in-domain", number, network=1)) for number in range(20)]
+    assert any(one.trained_look != other.trained_look for one, other in pairs)
+    assert all(one.clip.key != other.clip.key and one.clip.episode != other.clip.episode for one, other in pairs)
 
 
 def test_the_camera_stands_lower_and_higher_in_turn_beyond_what_training_has_seen(dressed):

@@ -21,7 +21,16 @@ def inputs(tmp_path):
         folders[garment].mkdir()
         table = pd.DataFrame({"accepted": accepted, "success": True, "perturbed": False, "reason": ""})
         table.to_parquet(folders[garment] / "decisions.parquet")
-    return {"valid_trajectories": folders, "prices": {"": PRICES}}
+    return {"valid_trajectories": folders, "prices": {"": PRICES}, "dataset": {"": shown(tmp_path / "dataset", 2, 3)}}
+
+
+def shown(folder, towels, shirts):
+    """The provenance of a dataset of so many trajectories, each in two appearances."""
+    folder.mkdir(exist_ok=True)
+    names = [("towel", f"{at:04d}") for at in range(towels)] + [("tshirt", f"{at:04d}") for at in range(shirts)]
+    rows = [{"garment": garment, "trajectory": name, "appearance": at} for garment, name in names for at in (0, 1)]
+    pd.DataFrame(rows, columns=["garment", "trajectory", "appearance"]).to_parquet(folder / "provenance.parquet")
+    return folder
 
 
 def test_stages_that_took_no_time_are_no_pace(inputs, tmp_path):
@@ -70,6 +79,23 @@ def test_measured_seconds_become_trajectories_a_day(tmp_path, inputs, timings):
     price = yaml.safe_load(PRICES.read_text())["this_machine"]["usd_per_hour"]
     assert here["usd_per_trajectory"] == pytest.approx(80 / 3600 * price)
     assert "5 accepted trajectories" in (tmp_path / "report.html").read_text()
+
+
+def test_seconds_of_rendering_are_of_those_that_were_rendered(tmp_path, inputs, timings):
+    """Of five accepted trajectories one of each garment, as `max_episodes: 1` has it."""
+    shown(tmp_path / "dataset", 1, 1)
+    facts = cost_report({**inputs, "timings": {"": timings}}, tmp_path, CostReportConfig())
+    assert [finding.name for finding in check_cost_report(tmp_path) if not finding.passed] == []
+    assert (facts["accepted_count"], facts["shown_count"]) == (5, 2)
+    here = json.loads((tmp_path / "costs.json").read_text())["methods"][2]
+    assert here["trajectories_per_day"] == pytest.approx(86400 / (170 / 5 + 230 / 2))
+    assert "5 accepted trajectories, 2 of them rendered and in the dataset" in (tmp_path / "report.html").read_text()
+
+
+def test_without_a_readable_provenance_it_is_told(tmp_path, inputs):
+    (tmp_path / "dataset" / "provenance.parquet").write_bytes(b"no table")
+    with pytest.raises(BadInput, match=r"provenance\.parquet: not a readable table"):
+        cost_report(inputs, tmp_path, CostReportConfig())
 
 
 def test_without_timings_this_machine_is_not_measured(tmp_path, inputs):
@@ -129,7 +155,7 @@ def test_check_sees_a_unit_cost_that_is_not_the_pages(tmp_path, inputs):
     assert [f.name for f in check_cost_report(tmp_path) if not f.passed] == ["page_states_its_counts"]
 
 
-@pytest.mark.parametrize("change", [{"accepted_count": 7}, {"seconds": {}}])
+@pytest.mark.parametrize("change", [{"accepted_count": 7}, {"shown_count": 3}, {"seconds": {}}])
 def test_check_sees_a_pace_of_this_machine_that_is_not_that_of_its_seconds(tmp_path, inputs, timings, change):
     cost_report({**inputs, "timings": {"": timings}}, tmp_path, CostReportConfig())
     assert [f.name for f in check_cost_report(tmp_path) if not f.passed] == []

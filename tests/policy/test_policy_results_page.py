@@ -51,6 +51,7 @@ def a_policy(folder, seeds=(0,)):
         "seed": [],
         "garment": [],
         "trajectory": [],
+        "source": [],
         "joint_error_rad": [],
     }
     pd.DataFrame(errors).to_parquet(folder / "open_loop.parquet")
@@ -115,7 +116,10 @@ def made(tmp_path_factory):
     variant = {f"calibrated/{name}": artifacts for name, artifacts in base.items()}
     scaling_report(base, reports["scaling_report"], ScalingReportConfig())
     ablation_report({**base, **variant}, reports["ablation_report"], AblationReportConfig())
-    cost_report({**base, "prices": {"": ROOT / "data" / "prices.yaml"}}, reports["cost_report"], CostReportConfig())
+    shown = {"dataset": {"": root / "d"}, "prices": {"": ROOT / "data" / "prices.yaml"}}
+    (root / "d").mkdir()
+    pd.DataFrame({"garment": ["towel"], "trajectory": ["0000"]}).to_parquet(root / "d" / "provenance.parquet")
+    cost_report({**base, **shown}, reports["cost_report"], CostReportConfig())
     return found | {name: {"": folder} for name, folder in reports.items()}
 
 

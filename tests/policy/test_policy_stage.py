@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -54,6 +53,8 @@ def test_demonstrations_of_either_world_teach_beside_the_generated_ones_and_real
     assert about["lessons"][REAL]["sizes"] == [1, 2]  # four that succeeded, one kept to test
     tested = pd.read_parquet(out / "open_loop.parquet")
     pairs = set(tested[["trained_on", "tested_on"]].itertuples(index=False, name=None))
+    own = tested[tested["tested_on"] != GENERATED]
+    assert (own["source"] == own["tested_on"] + " " + own["trajectory"]).all()  # of no two demonstrations one motion
     assert pairs == {(kind, tested) for kind in KINDS for tested in (kind, REAL)}
     real = tested[tested["tested_on"] == REAL]
     held = set(real["trajectory"])
@@ -148,32 +149,10 @@ def test_settings_that_no_trial_can_follow_are_refused_before_anything_is_traine
         PolicyConfig(**settings)
 
 
-def test_a_run_that_is_killed_while_it_tidies_up_can_be_run_again(tmp_path, dataset, bench, monkeypatch):
-    """Half of what it kept is gone then: all of it is made again."""
-
-    remove = shutil.rmtree
-
-    def die(folder, **options):
-        if folder.name == "trials.gone" and folder.exists():
-            raise KeyboardInterrupt
-        remove(folder, **options)
-
-    inputs, out = {"dataset": {"": dataset.path}}, tmp_path / "p"
-    out.mkdir()
-    with monkeypatch.context() as patch:
-        patch.setattr(shutil, "rmtree", die)
-        with pytest.raises(KeyboardInterrupt):
-            policy(inputs, out, CONFIG)
-    assert (out / "trials.gone").exists()
-    shutil.rmtree(out / "trials.gone" / "episodes")
-    policy(inputs, out, CONFIG)
-    assert failed(check_policy(out)) == []
-    assert [path.name for path in out.glob("trials*") if path.is_dir()] == []
-
-
 def test_held_out_trajectories_never_train(artifact, dataset):
     about = json.loads((artifact[0] / "policy.json").read_text())
     tested = pd.read_parquet(artifact[0] / "open_loop.parquet")
+    assert set(tested["source"]) == {"0002"}  # the demonstration that they come from
     lesson = about["lessons"][GENERATED]
     trained = set().union(*lesson["training_sets"][str(max(lesson["sizes"]))].values())
     assert trained.isdisjoint({f"{row.garment}/{row.trajectory}" for row in tested.itertuples()})
@@ -246,6 +225,8 @@ def test_scaling_report_states_its_counts_and_stands_alone(tmp_path, artifact):
     assert "<td>0002</td>" in page  # the demonstrations that are held out
     assert "Not known" in page
     assert "of one network what others would err is not in them" in page
+    assert "demonstrations: 2; standing still" in page  # of either garment one
+    assert "as many demonstrations as there are" in page.replace("\n", " ")
     assert "Every seed draws trajectories of its own to train on" in page
     page = page.replace("\N{NO-BREAK SPACE}", " ").replace("0 of 4", "4 of 4")
     (out / "report.html").write_text(page + '<img src="https://example.org/x.png">')

@@ -27,15 +27,15 @@ def png(width: int, height: int, gray: int = 0) -> bytes:
 FRAME = png(48, 36)  # stands for one that was rendered
 
 
-def plan(inputs, out: Path, config: RenderConfig):
-    """What would be rendered, without Blender."""
+def plan(inputs, out: Path, config: RenderConfig, garment: str = "towel"):
+    """What would be rendered, without Blender; the towel under that name."""
     out.mkdir(exist_ok=True)
     return plan_job(
         trajectories=inputs["valid_trajectories"]["towel"],
         mesh=inputs["garment_mesh"]["towel"],
         scene=inputs["scene"]["towel"],
         choice=drawn(inputs["appearance"]["towel"], "towel", config, {}),
-        garment="towel",
+        garment=garment,
         out=out,
         folder=out.with_suffix(".job"),
         config=config,

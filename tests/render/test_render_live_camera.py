@@ -4,19 +4,23 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 from planned_towel import plan
-from towel_cell import write_inputs
+from towel_cell import LOOKS, write_inputs
 
 from sim1.episode import read_episode
 from sim1.render.blender import BlenderFailed
 from sim1.render.film_set import FilmSet
 from sim1.render.live_camera import LiveCamera
+from sim1.render.looks.draw import draw_appearance, read_looks
 from sim1.render.stage import RenderConfig, rendered_episodes
+from sim1.stage import random_stream
 
 ROOT = Path(__file__).parents[2]
 CONFIG = RenderConfig(
@@ -84,6 +88,53 @@ def stand_in(act: str = "pass") -> tuple[str, ...]:
     return sys.executable, "-c", WORKER.replace("ACT", act)
 
 
+# The worker itself, over a scene that shows how many looks it has been given, and the garment's colour.
+COUNTING = """
+import sys, types
+from pathlib import Path
+from PIL import Image
+
+class Scene:
+    device = "cpu"
+
+    def __init__(self, **parts):
+        self.looks = 0
+
+    def set_appearance(self, look):
+        self.looks += 1
+        self.color = tuple(round(255 * part) for part in look.fabric.colors[0])
+
+    def set_frame(self, **states):
+        pass
+
+    def render(self, path, **view):
+        image = Image.new("RGB", (2, 1), self.color)
+        image.putpixel((1, 0), (self.looks, 0, 0))
+        image.save(path, format="PNG")
+
+sys.modules["sim1.render.scene3d"] = types.SimpleNamespace(RenderScene=Scene)
+from sim1.render.worker import main
+sys.exit(main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])))
+"""
+
+
+def test_another_look_under_the_same_name_is_set_up_and_one_that_stays_is_not_set_up_again(tmp_path):
+    inputs = write_inputs(tmp_path)
+    camera = LiveCamera(film_set(inputs), CONFIG, tmp_path, command=(sys.executable, "-c", COUNTING))
+    first = plan(inputs, tmp_path / "planned", CONFIG).clips[0]
+    drawing = {"scanned": np.ones((1, 3)), "scanned_share": 0.0, "elevation_jitter_rad": 0.0}
+    looks = [draw_appearance(partial(random_stream, seed), read_looks(LOOKS), **drawing) for seed in range(2)]
+    seen = []
+    for look in (looks[0], looks[0], looks[1], looks[0]):
+        camera.show(replace(first, appearance=look))
+        seen.append(shown(camera)["head"][0])
+    camera.close()
+    assert [int(picture[1, 0]) for picture in seen] == [1, 1, 2, 3]
+    colors = [np.round(255 * np.array(look.fabric.colors[0])) for look in looks]
+    np.testing.assert_array_equal([picture[0] for picture in seen], [colors[at] for at in (0, 0, 1, 0)])
+    assert not np.array_equal(*colors)
+
+
 @pytest.fixture
 def live(tmp_path):
     """Makes a live camera whose worker is a small program, shown the first clip."""
@@ -97,7 +148,7 @@ def live(tmp_path):
     return of
 
 
-def look(camera: LiveCamera, frame: int = 7) -> dict[str, np.ndarray]:
+def shown(camera: LiveCamera, frame: int = 7) -> dict[str, np.ndarray]:
     return camera.pictures(garment_m=np.zeros((144, 3)), joints_rad=np.zeros((2, 6)), openness=np.ones(2), frame=frame)
 
 
@@ -112,7 +163,7 @@ def is_alive(number: int) -> bool:
 def test_it_renders_what_it_is_shown_as_often_as_asked_and_leaves_nothing_behind(live, tmp_path):
     camera = live()
     for frame in (7, 8):
-        assert {name: picture[0, 0, 0] for name, picture in look(camera, frame).items()} == {
+        assert {name: picture[0, 0, 0] for name, picture in shown(camera, frame).items()} == {
             "head": frame,
             "left_wrist": frame,
         }
@@ -126,9 +177,9 @@ def test_it_renders_what_it_is_shown_as_often_as_asked_and_leaves_nothing_behind
 def test_why_it_cannot_see_is_said_with_the_last_words(live):
     act = "print('out of memory in kernel', file=sys.stderr, flush=True); os.abort()"
     with pytest.raises(BlenderFailed, match=r"(?s)ended by signal 6.*last words:\nout of memory in kernel"):
-        look(live(act))
+        shown(live(act))
     with pytest.raises(BlenderFailed, match="ended with code 0; its last words"):
-        look(live("sys.exit()"))
+        shown(live("sys.exit()"))
 
 
 def test_it_ends_with_the_process_that_made_it_however_that_ends(tmp_path):

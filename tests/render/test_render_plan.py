@@ -13,6 +13,7 @@ from towel_cell import write_inputs
 
 from sim1.episode import read_episode, write_episode
 from sim1.render.appearance_file import note_device, read_about
+from sim1.render.job import Job
 from sim1.render.plan import drawn
 from sim1.render.stage import RenderConfig
 
@@ -154,6 +155,18 @@ def test_each_picture_has_noise_of_its_own_that_is_the_same_at_another_rate_and_
     assert fast.picture_seed(again, "head", 3) == seeds[3]
     assert slow.picture_seed(slow.clips[0], "head", 1) == seeds[3]  # state 6
     assert other.picture_seed(other.clips[0], "head", 3) != seeds[3]
+
+
+def test_garments_whose_episodes_are_numbered_alike_have_noise_of_their_own_and_keep_no_frame_of_each_other(
+    inputs, tmp_path
+):
+    towel = plan(inputs, tmp_path / "out", CONFIG)
+    frames = with_frames(tmp_path / "out", towel)
+    shirt = plan(inputs, tmp_path / "out", CONFIG, garment="tshirt")
+    assert not any(path.exists() for path in frames.values())
+    before, after = ({job.picture_seed(job.clips[0], "head", frame) for frame in range(4)} for job in (towel, shirt))
+    assert before.isdisjoint(after)
+    assert Job.read(shirt.folder).picture_seed(shirt.clips[0], "head", 1) in after  # as Blender's processes know it
 
 
 def test_what_an_earlier_rendering_left_of_other_episodes_and_appearances_is_removed(inputs, tmp_path):

@@ -9,6 +9,7 @@ from typing import get_args, get_type_hints
 
 import numpy as np
 import pytest
+from opengl import with_opengl
 from PIL import Image
 from planned_towel import CONFIG, plan
 from pydantic import ValidationError
@@ -17,7 +18,6 @@ from towel_cell import write_inputs
 from sim1.episode import RATE_HZ
 from sim1.progress import listening
 from sim1.render.appearance_file import read_about
-from sim1.render.blender import NO_OPENGL, BlenderFailed
 from sim1.render.shares import Order
 from sim1.render.stage import RenderConfig, check_rendered_episodes, check_source_appearance, rendered_episodes
 from sim1.stage import BadInput
@@ -78,12 +78,8 @@ def test_the_same_seed_gives_the_same_bytes_however_many_workers_and_threads_the
 
 def test_the_preview_engine_gives_the_same_frames_twice_and_shows_the_garment(inputs, tmp_path):
     config = RenderConfig(**{**CONFIG.__dict__, "engine": "workbench", "scanned_share": 1.0, "variants": 1})
-    try:
+    with with_opengl():
         render(inputs, tmp_path / "a", config)
-    except BlenderFailed as error:
-        if NO_OPENGL in str(error):
-            pytest.skip(NO_OPENGL)
-        raise
     render(inputs, tmp_path / "b", config)
     assert contents(tmp_path / "a") == contents(tmp_path / "b")
     image = np.asarray(Image.open(tmp_path / "a/episodes/0000/v0/head/000000.png"), float)

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +27,8 @@ class Eyes:
     """Stands for the camera: on some tables the towel is not seen."""
 
     dull: Callable[[str], bool]
+    painted: list[tuple[str, int]] = field(default_factory=list)  # table and frame, of all frames that were not there
+    dies_after: int | None = None  # so many of them
 
 
 @pytest.fixture
@@ -38,6 +40,11 @@ def eyes(monkeypatch):
         job = Job.read(job_folder)
         for clip, camera, frame in job.frames():
             path = job.frame_path(out, clip, camera, frame)
+            if path.exists():
+                continue
+            if len(eyes.painted) == eyes.dies_after:
+                raise KeyboardInterrupt
+            eyes.painted.append((str(asdict(clip.appearance.table)), frame))
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(FRAME)
 
@@ -76,6 +83,50 @@ def test_what_is_seen_stays_and_what_is_not_is_drawn_anew(eyes, tmp_path):
     # Whatever lay there before, as after a kill or for an update: the same.
     render(inputs, tmp_path / "before")
     assert tables(tmp_path / "before") == [kept, changed]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def killed(inputs, eyes, out: Path, frames: int) -> None:
+    eyes.painted.clear()
+    eyes.dies_after = frames
+    with pytest.raises(KeyboardInterrupt):
+        render(inputs, out)
+    eyes.dies_after = None
+
+
+def test_a_killed_run_goes_on_with_what_was_drawn_anew_and_leaves_what_one_that_was_not_killed_leaves(eyes, tmp_path):
+    """The second look hides the towel, and the one that is drawn in its place as well."""
+    inputs = write_inputs(tmp_path)
+    render(inputs, tmp_path / "before")
+    unseen = [tables(tmp_path / "before")[1]]
+    eyes.dull = lambda table: table in unseen
+    render(inputs, tmp_path / "once")
+    unseen.append(tables(tmp_path / "once")[1])
+    facts = render(inputs, tmp_path / "whole")
+    assert facts["drawn_again"] == 2
+    killed(inputs, eyes, tmp_path / "out", frames=14)  # four of each look: of the last draw two are made
+    made = list(eyes.painted)
+    assert render(inputs, tmp_path / "out") == facts
+    assert len(eyes.painted) == 16
+    assert len(set(eyes.painted)) == 16, "a frame was rendered twice"
+    assert eyes.painted[:14] == made
+    assert contents(tmp_path / "out") == contents(tmp_path / "whole")
+
+
+def test_what_was_drawn_anew_for_other_looks_is_forgotten(eyes, tmp_path):
+    inputs = write_inputs(tmp_path)
+    render(inputs, tmp_path / "before")
+    unseen = tables(tmp_path / "before")[1]
+    eyes.dull = lambda table: table == unseen
+    killed(inputs, eyes, tmp_path / "out", frames=10)
+    file = inputs["appearance"]["towel"] / "fabrics.yaml"
+    file.write_text(file.read_text() + "\n# mended\n")
+    eyes.dull = lambda table: False
+    assert render(inputs, tmp_path / "out")["drawn_again"] == 0
+    assert contents(tmp_path / "out") == contents(tmp_path / "before")
 
 
 def filmed(folder: Path, color: tuple[int, int, int], away_m: float = 0.0) -> Path:

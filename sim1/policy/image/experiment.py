@@ -30,6 +30,7 @@ from sim1.policy.image.shifts import TITLES
 from sim1.policy.image.stage import ImagePolicyConfig
 from sim1.policy.image.training import TrainingPlan
 from sim1.policy.image.views import choose_trajectories, write_views
+from sim1.policy.split import sources_of_tests
 from sim1.progress import report, within
 from sim1.stage import BadInput, Facts, Inputs, only
 
@@ -90,7 +91,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
     )
     with within(RENDERED if shown else 0.0, 1.0):
         if not (out / POLICIES).exists():
-            _make(course, out, config)
+            _make(course, parts, out, config)
     losses, errors = (read_table(out / name) for name in (LOSSES, ERRORS))
     points = measure(errors, config.seed)
     trained = load(out / POLICIES / str(config.seeds[0]), device)
@@ -173,13 +174,16 @@ def _begun_from(training: Path, weights: Path) -> str:
     return now
 
 
-def _make(course: Course, out: Path, config: ImagePolicyConfig) -> None:
+def _make(course: Course, parts: Parts, out: Path, config: ImagePolicyConfig) -> None:
     """Write the tables and, once they are there, the policies; before them, from what weights they began."""
     training = out / TRAINING
     training.mkdir(exist_ok=True)
     begun_from = _begun_from(training, course.weights) if course.weights else None
     losses, errors = make_networks(course, training, _processes(course, config.processes))
     losses.to_parquet(out / LOSSES, index=False)
+    sources = sources_of_tests(parts.splits)
+    names = zip(errors["garment"], errors["trajectory"], strict=True)
+    errors.insert(errors.columns.get_loc("trajectory") + 1, "source", [sources[name] for name in names])
     errors.to_parquet(out / ERRORS, index=False)
     if begun_from:
         (out / BEGUN_FROM).write_text(begun_from)

@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from sim1.policy.error_table import said_of_errors
 from sim1.policy.image.measures import ALL_TITLES, BLANK, DATASET, Mean, Point, of_pictures
 from sim1.policy.image.shifts import IN_DOMAIN, TITLES
 from sim1.report import Picture, Section, write_report
 
-MIN_TRAJECTORIES = 8  # a bootstrap over fewer is so narrow that a sentence on what it tells would often be wrong
+# What is said of fewer would rest on a handful of motions; of one demonstration there is no interval at all.
+MIN_TRAJECTORIES, MIN_SOURCES = 8, 2
 LEAD = (
     "A policy that sees rendered pictures and joint angles, tried on trajectories that it has not seen, and on the same "
     "trajectories with one thing in the picture changed. All figures are from simulation with a scripted expert: no robot was used."
@@ -57,10 +59,11 @@ def result_section(heading: str, artifact: Path, points: Sequence[Point], notes:
     """What was found."""
     return Section(
         heading=heading,
-        paragraphs=[*_result(points), *_shifts(points), *notes],
+        paragraphs=[*_result(points), *_shifts(points), *_intervals(points), *notes],
         table=[_joints(point) for point in points],
         pictures=_picture(
-            artifact / "errors.png", "Error by what the pictures show; one trajectory alone has no interval."
+            artifact / "errors.png",
+            "Error by what the pictures show; trajectories of one held-out demonstration alone have no interval.",
         ),
     )
 
@@ -76,9 +79,9 @@ def _result(points: Sequence[Point]) -> list[str]:
     said = [
         f"Held-out error of the joint commands {np.degrees(plain.joint_rad.value):.2f}° against "
         f"{np.degrees(plain.hold_joint_rad):.2f}° of standing still, {plain.trajectory_count} held-out trajectories in "
-        f"{plain.clip_count} clips."
+        f"{plain.clip_count} clips; held-out demonstrations that they come from: {plain.source_count}."
     ]
-    if plain.trajectory_count < MIN_TRAJECTORIES:
+    if _are_few(plain):
         said.append(f"Whether it is better than standing still is not told: {_too_few(plain)}.")
     elif plain.joint_rad.value >= plain.hold_joint_rad:
         said.append("That is no better than standing still: the policy has learnt nothing of use yet.")
@@ -91,7 +94,7 @@ def _shifts(points: Sequence[Point]) -> list[str]:
     blank = of_pictures(points, BLANK)
     if blank is None:
         return [] if not points else ["No trajectory was rendered anew (setting `shifted_trajectories`)."]
-    if blank.trajectory_count < MIN_TRAJECTORIES:
+    if _are_few(blank):
         return [
             f"Whether the policy looks at its pictures, and which change of them does harm, is not told: {_too_few(blank)}."
         ]
@@ -117,10 +120,20 @@ def _shifts(points: Sequence[Point]) -> list[str]:
     ]
 
 
+def _intervals(points: Sequence[Point]) -> list[str]:
+    sources = {ALL_TITLES[point.pictures]: point.source_count for point in points}
+    return [said_of_errors(sources)] if sources else []
+
+
+def _are_few(point: Point) -> bool:
+    return point.trajectory_count < MIN_TRAJECTORIES or point.source_count < MIN_SOURCES
+
+
 def _too_few(point: Point) -> str:
     """Why nothing is said of the intervals in the table."""
-    of = "1 trajectory is" if point.trajectory_count == 1 else f"{point.trajectory_count} trajectories are"
-    return f"{of} too few to tell, {MIN_TRAJECTORIES} are the least"
+    of = "1 trajectory" if point.trajectory_count == 1 else f"{point.trajectory_count} trajectories"
+    by = "1 demonstration" if point.source_count == 1 else f"{point.source_count} demonstrations"
+    return f"{of} of {by} are too few to tell, {MIN_TRAJECTORIES} of {MIN_SOURCES} are the least"
 
 
 def _grows(change: Mean | None) -> bool:
@@ -149,9 +162,8 @@ def _method(about: Mapping[str, Any]) -> list[str]:
         f"Error: mean absolute difference between the predicted chunk of {about['chunk_frames']} commands and the recorded "
         f"one, the last command held at the end, given the recorded picture and state, "
         f"{'in every frame' if every == 1 else f'every {every} frames'}. "
-        "Standing still commands the arms to stay where they are. Intervals: 95 % bootstrap over trajectories, all appearances of a "
-        "trajectory averaged first, and over networks; of one network, what another would do is not in them. Changes are paired by trajectory and network. From fewer than about ten trajectories such intervals come out "
-        "too narrow.",
+        "Standing still commands the arms to stay where they are. All appearances of a trajectory are averaged first; "
+        "changes are paired by trajectory and network.",
     ]
 
 
@@ -169,6 +181,7 @@ def _joints(point: Point) -> dict[str, object]:
     return {
         "Pictures": ALL_TITLES[point.pictures],
         "Trajectories (clips)": f"{point.trajectory_count} ({point.clip_count})",
+        "Demonstrations": point.source_count,
         "Joint error (degrees)": _number(point.joint_rad, ".2f", np.degrees(1.0)),
         "Against a look of training": _number(point.joint_change_rad, "+.2f", np.degrees(1.0)),
         "Standing still (degrees)": f"{np.degrees(point.hold_joint_rad):.2f}",

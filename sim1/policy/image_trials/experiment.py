@@ -28,7 +28,7 @@ from sim1.policy.lessons import GENERATED, REAL, SIMULATED, ModelKey, read_lesso
 from sim1.policy.rollout import Driving
 from sim1.policy.stage import PolicyConfig
 from sim1.policy.time_limit import TimeLimit, time_limits
-from sim1.policy.trial_crew import make_trials, tidy_up
+from sim1.policy.trial_crew import finish, make_trials, tidied
 from sim1.policy.trial_strips import draw_trials
 from sim1.policy.trials import TrialSettings
 from sim1.progress import report
@@ -39,8 +39,10 @@ TRIALS, FILES = "trials", "live"  # folders, while at work
 
 
 def run_experiment(inputs: Inputs, out: Path, config: ImageTrialsConfig) -> Facts:
-    """Write `trials.parquet`, `image_trials.json`, page and pictures into `out`."""
+    """Write `trials.parquet`, `image_trials.json`, `facts.json`, page and pictures into `out`."""
     report(0.0, 1.0, "reading the policy")
+    if facts := tidied(out / TRIALS):
+        return facts
     learnt = read_figures(only(inputs, "image_policy") / "image_policy.json", POLICY_SCHEMA, "image_policy")
     shutil.rmtree(out / FILES, ignore_errors=True)  # of a killed run's cameras
     (out / FILES).mkdir()
@@ -77,8 +79,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImageTrialsConfig) -> Fact
         save_figure(figure, out / f"trials_{shift}.png", dpi=110)
     write_page(out, tried, about)
     shutil.rmtree(out / FILES, ignore_errors=True)
-    tidy_up(out / TRIALS)
-    return _facts(about, tried)
+    return finish(out / TRIALS, _facts(about, tried))
 
 
 def plan_trials(inputs: Inputs, learnt: Mapping[str, Any], files: Path, config: ImageTrialsConfig) -> Plan:

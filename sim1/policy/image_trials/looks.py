@@ -101,7 +101,8 @@ def dress(
     looks = shifted_looks(base, chance, known, viewpoint_rad=viewpoint_rad, jitter_rad=jitter_rad)
     changes = {"texture": "texture", "lighting": "lighting", "viewpoint": TURNS[trial.number % len(TURNS)]}
     clip = Clip(
-        episode=f"trial_{trial.number:04d}",
+        garment=trial.garment,
+        episode=f"trial_{trial.model.seed}_{trial.number:04d}",
         variant=SHIFTS.index(trial.shift),
         frame_count=frame_count,
         stride=wardrobe.clips[key]["stride"],
