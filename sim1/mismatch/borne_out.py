@@ -41,14 +41,14 @@ def with_doubtful(
 ) -> Decision:
     """The decision for the model with one effect more, if with what motion held out says it adds enough and stands.
 
-    Motion that could not be foretold with one of the two says nothing.
+    Motion that could not be simulated with one of the two says nothing.
     """
     if more is None or not {more.terms, decision.chosen.terms} <= set(against):
         return decision
     said = against[more.terms] - against[decision.chosen.terms]
     if not adds_enough(decision.null, decision.chosen, more, thresholds, said=said):
         return decision
-    if not steady(decision.null, more, thresholds, frozenset()):
+    if not steady(pool, more, thresholds, frozenset()):
         return decision
     return _said_again(decision.null, more, pool, thresholds, measured)
 
@@ -72,14 +72,14 @@ def borne_out(
         return decision
     asked = [part for part in parts_of(pool, best) if part.terms in against]
     telling = told_by(
-        [one for one in worthy_of(pool, thresholds) if steady(null, one, thresholds, measured)], best, thresholds
+        [one for one in worthy_of(pool, thresholds) if steady(pool, one, thresholds, measured)], best, thresholds
     )
     for part in sorted(asked, key=lambda model: rating(model, thresholds)):
         said = against[best.terms] - against[part.terms]
         if set(part.terms) < set(best.terms) and not adds_enough(null, part, telling, thresholds, said=said):
             best = telling = part
     kept = worth_over(null, best, thresholds, max(against[best.terms], 0.0))
-    if kept < thresholds.named or not steady(null, best, thresholds, measured):
+    if kept < thresholds.named or not steady(pool, best, thresholds, measured):
         return unchanged("unknown", null)
     return decision if best is decision.chosen else _said_again(null, best, pool, thresholds, measured)
 

@@ -7,7 +7,7 @@ from sim1.mismatch.excess import explained, left, mean_square, worst
 from sim1.mismatch.fit import cost_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
-from sim1.mismatch.uncertainty import established, overcounted, unsteadiness
+from sim1.mismatch.uncertainty import established, established_along, overcounted, unsteadiness
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,11 +84,7 @@ def stands_out(pool: list[Model], thresholds: Thresholds) -> bool:
     What pushes otherwise than any effect of the table makes several of them gain, each now more, now less of itself. A model of which
     recordings do not agree that it is there has fitted one of them: what the simulator gets wrong there, as a rule.
     """
-    gains = [
-        gain_of(pool, model, thresholds)
-        for model in pool
-        if model.terms and established(model.fit, thresholds.significance)
-    ]
+    gains = [gain_of(pool, model, thresholds) for model in pool if model.terms and there(pool, model, thresholds)]
     return max(gains, default=0.0) >= thresholds.gain
 
 
@@ -103,7 +99,7 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     worthy = worthy_of(pool, thresholds)
     if not _leader(pool, worthy, thresholds):
         return unchanged("unknown" if missing else "none", null)
-    standing = [model for model in worthy if steady(null, model, thresholds, measured)]
+    standing = [model for model in worthy if steady(pool, model, thresholds, measured)]
     best = _leader(pool, standing, thresholds)
     if best is None:  # something gains, and nothing that is there beyond doubt
         return unchanged("unknown" if missing else "none", null)
@@ -127,7 +123,7 @@ def contenders_of(pool: list[Model], best: Model, thresholds: Thresholds, measur
         if one.terms
         and (
             rating(one, thresholds) < lead
-            or (worth_over(null, one, thresholds) >= thresholds.named and steady(null, one, thresholds, measured))
+            or (worth_over(null, one, thresholds) >= thresholds.named and steady(pool, one, thresholds, measured))
         )
     ]
 
@@ -168,19 +164,36 @@ def rivals_of(pool: list[Model], best: Model, thresholds: Thresholds) -> tuple[M
     )
 
 
-def steady(null: Model, model: Model, thresholds: Thresholds, measured: frozenset[str]) -> bool:
+def there(pool: list[Model], model: Model, thresholds: Thresholds) -> bool:
+    """Whether each of a model's effects differs from nothing by recordings that disagree.
+
+    Asked along the way from the model without it, where the pool has that one; else of its coefficients, by their slopes.
+    """
+    fits = {one.terms: one.fit for one in pool}
+    level = thresholds.significance
+    for place, term in enumerate(model.fit.unknowns.terms):
+        less = fits.get(tuple(name for name in model.terms if name != term.effect.name))
+        if less is None and not established(model.fit, place, level):
+            return False
+        if less is not None and not established_along(model.fit, less, level):
+            return False
+    return True
+
+
+def steady(pool: list[Model], model: Model, thresholds: Thresholds, measured: frozenset[str]) -> bool:
     """Whether recordings agree that a model's effects are there, and from second to second on how strong they are.
 
     What imitates something else is asked for now more, now less than the fit has of it: by nearly all of itself. A right effect whose
     formula is a little off counts that error often where it is strong, and differs by little. Beside a delay that was measured much else
     may be missing.
     """
+    null = null_of(pool)
     from_second_to_second = (
         set(model.terms) <= measured
         or overcounted(model.fit, null.fit) <= thresholds.steady
         or unsteadiness(model.fit, null.fit) <= thresholds.unsteady
     )
-    return from_second_to_second and established(model.fit, thresholds.significance)
+    return from_second_to_second and there(pool, model, thresholds)
 
 
 def unchanged(verdict: str, null: Model) -> Decision:

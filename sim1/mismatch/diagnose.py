@@ -11,7 +11,7 @@ from sim1.mismatch.contest import contest
 from sim1.mismatch.decide import decide, rating
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Tempers
-from sim1.mismatch.foretold import ByTerms, Foretold, foretold_by, nats_against
+from sim1.mismatch.foretold import ByTerms, Foretold, foretold_by
 from sim1.mismatch.heldout import held_out, rmse_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.noise import frame_noise
@@ -20,6 +20,7 @@ from sim1.mismatch.remarks import had_a_say, not_asked, not_foretold, not_set_ap
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
+from sim1.mismatch.unfitted import nats_against
 from sim1.recording.bundle import Bundle
 from sim1.recording.lateness import is_late
 from sim1.stage import BadInput
@@ -99,7 +100,7 @@ def _diagnose(
         others += [one for one in found.pool if one.terms and set(one.terms) <= delays]
     asked = list({one.terms: one for one in (named, *others)}.values()) if named.terms else []
     told |= {model.terms: foretold_by(engine, model, heldout) for model in asked}
-    against, unasked = nats_against(engine, decision.null, asked, told, heldout)
+    against, unasked = nats_against(engine, decision.null, asked, heldout)
     led = decision.chosen
     decision = with_doubtful(decision, more, found.pool, against, thresholds, delays)
     said_for = set(decision.chosen.terms) - set(led.terms)

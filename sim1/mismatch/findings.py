@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.physics import write_physics
-from sim1.mismatch.decide import null_of, rating, steady, worth, worth_over
+from sim1.mismatch.decide import null_of, rating, steady, there, worth, worth_over
 from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.excess import mean_square, on_table, worst
@@ -24,7 +24,7 @@ from sim1.mismatch.patience import Patience
 from sim1.mismatch.strict_json import write_json
 from sim1.mismatch.summary import SCHEMA, Prices, Summary
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
-from sim1.mismatch.uncertainty import deviations, established, unsteadiness
+from sim1.mismatch.uncertainty import deviations, unsteadiness
 from sim1.mismatch.verdict import Verdict, in_mm
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
@@ -169,7 +169,7 @@ def _why_not(name: str, found: Diagnosis, thresholds: Thresholds) -> str:
     best = min(mine, key=lambda model: rating(model, thresholds))
     behind = rating(best, thresholds) - rating(found.chosen, thresholds)
     name_s_worth = worth_over(found.baseline, best, thresholds) >= thresholds.named
-    stands = name_s_worth and steady(found.baseline, best, thresholds, found.measured)
+    stands = name_s_worth and steady(list(found.models), best, thresholds, found.measured)
     if behind < 0 and found.verdict == "unknown" and stands:
         return f"{_joined(best)} gains {-behind:.1f} nats over the baseline, but explains too little of what is missing or foretells held-out motion worse"
     if behind < 0 and not found.chosen.terms:
@@ -252,8 +252,8 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
                     "gain": null - rating(model, thresholds),
                     "worth": worth([found.baseline], model, thresholds),
                     "unsteadiness": unsteadiness(model.fit, found.baseline.fit),
-                    "established": established(model.fit, thresholds.significance),
-                    "steady": steady(found.baseline, model, thresholds, found.measured),
+                    "established": there(list(found.models), model, thresholds),
+                    "steady": steady(list(found.models), model, thresholds, found.measured),
                     "misfit": mean_square(model.fit),
                 }
                 for model in found.models[:10]

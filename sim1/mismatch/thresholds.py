@@ -51,7 +51,7 @@ class Thresholds:
     margin_share: float = 0.002  # and in units of its own gain
     per_term: float = 2.0  # that every effect costs: there are two dozen to choose from
     explained: float = 0.5  # of the excess over noise and mesh that a named model must explain where it gains,
-    explained_whole: float = 0.4  # or less, where what it leaves would be nothing missing by itself,
+    explained_whole: float = 0.3  # or less, where what it leaves would be nothing missing by itself,
     left: float = 1.1  # unless it leaves no larger a mean square; what is no larger is no excess
     significance: float = 0.05  # of the test that a named effect's strength is not nothing; Student's quantile is long where recordings are few
     steady: float = 4.0  # times that a named effect's evidence may count the same error,

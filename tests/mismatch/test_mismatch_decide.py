@@ -81,7 +81,7 @@ def test_a_small_excess_that_a_model_leaves_is_unknown_too(unknowns):
 
 
 def test_a_model_after_which_something_is_missing_as_much_as_before_is_asked_to_explain_more(unknowns):
-    """A stream of air explains 0.44 of what a jet leaves, and leaves a mean square of 1.8; a tilt 0.45 of its own, and leaves 1.0."""
+    """A stream of air explains 0.44 of what a jet leaves, and leaves a mean square of 1.8; a heavy place 0.4 of its own, and leaves 1.1."""
     share = 0.5 * (THRESHOLDS.explained + THRESHOLDS.explained_whole)
     for before, said in ((1.0 + 0.9 * (THRESHOLDS.misfit - 1.0) / (1.0 - share), "named"), (2.5, "unknown")):
         misfits = {(): before, ("wind",): before - share * (before - 1.0)}
@@ -153,12 +153,12 @@ def test_a_pair_gives_way_to_one_of_its_own_or_to_the_best_of_all_that_are_singl
 def test_an_effect_whose_strength_could_be_nothing_is_no_name_and_nothing_is_missing_for_it(unknowns, monkeypatch):
     """A magnet makes a tilt gain, and each recording asks for another tilt; so do errors of the simulator."""
     pool = pool_of(unknowns, {("gravity_tilt",): 1.7 * THRESHOLDS.named, ("wind",): 0.8 * THRESHOLDS.named})
-    monkeypatch.setattr("sim1.mismatch.decide.established", lambda fit, level: fit is not pool[1].fit)
+    monkeypatch.setattr("sim1.mismatch.decide.there", lambda pool_, model, thresholds: model is not pool[1])
     for least, said in ((0.7, "unknown"), (0.9, "none"), (1.6, "none")):  # the wind's gain counts, the tilt's does not
         found = decide(pool, replace(THRESHOLDS, gain=least * THRESHOLDS.named))
         assert (found.verdict, found.chosen.terms) == (said, ())
     pool = pool_of(unknowns, {("gravity_tilt",): 1.7 * THRESHOLDS.named, ("wind",): 1.1 * THRESHOLDS.named})
-    monkeypatch.setattr("sim1.mismatch.decide.established", lambda fit, level: fit is not pool[1].fit)
+    monkeypatch.setattr("sim1.mismatch.decide.there", lambda pool_, model, thresholds: model is not pool[1])
     found = decide(pool, THRESHOLDS)
     assert (found.verdict, found.chosen.terms) == ("ambiguous", ("wind",))  # what is no name fits better
 

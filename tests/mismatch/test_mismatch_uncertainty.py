@@ -10,7 +10,16 @@ from sim1.cloth.effects import EFFECTS
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.mismatch.fit import Fit
 from sim1.mismatch.search import Term, Unknowns, baseline
-from sim1.mismatch.uncertainty import WIDEN, deviations, established, mesh_shift, overcounted, scatter, unsteadiness
+from sim1.mismatch.uncertainty import (
+    WIDEN,
+    deviations,
+    established,
+    established_along,
+    mesh_shift,
+    overcounted,
+    scatter,
+    unsteadiness,
+)
 
 NAMES = ("a", "b", "c", "d")
 TRUE = np.array([0.7, -0.4])
@@ -92,8 +101,8 @@ def test_an_effect_is_there_where_recordings_agree_on_it_and_not_where_they_pull
     apart = np.array([[3.0, -3.0], [-3.0, 3.0], [3.0, 3.0], [-3.0, -3.0]])
     torn = replace(fitted(unknowns, np.random.default_rng(4), off=apart), unknowns=model)
     assert np.abs(torn.z - TRUE).max() < 1.0
-    assert established(agreed, 0.05)
-    assert not established(torn, 0.05)
+    assert established(agreed, 0, 0.05)
+    assert not established(torn, 0, 0.05)
 
 
 def evidence(unknowns, stream, shared, gained=0.3, stretches=40):
@@ -185,4 +194,71 @@ def test_a_place_without_a_strength_is_no_effect(unknowns):
     tilt = replace(Term.of(EFFECTS["gravity_tilt"]), coefficients=(strength, replace(place, shape=True)))
     found = fitted(unknowns, np.random.default_rng(5))
     nothing = replace(found, unknowns=replace(unknowns, nominal=(), terms=(tilt,)), z=np.array([1e-4, -0.4]))
-    assert not established(nothing, 0.05)
+    assert not established(nothing, 0, 0.05)
+
+
+def one_strength(unknowns, stream, strength, off):
+    """The fit of one strength that recordings (4,) are off by, and the model without it; of which slopes are straight."""
+    only = Term.of(EFFECTS["gravity_tilt"])
+    only = replace(only, coefficients=unknowns.nominal[:1])
+    slopes = {name: 2.0 * stream.standard_normal((200, 1)) for name in NAMES}
+    data = {
+        name: slopes[name][:, 0] * (strength + off[k]) + stream.standard_normal(200) for k, name in enumerate(NAMES)
+    }
+    z = np.linalg.lstsq(np.vstack(list(slopes.values())), np.concatenate(list(data.values())), rcond=None)[0]
+    parts = {"temper": dict.fromkeys(NAMES, 3.0), "coarser": {name: np.zeros(200) for name in NAMES}}
+    parts |= {"names": NAMES, "stretch": {name: np.arange(200) // 10 for name in NAMES}, "converged": True}
+    found = Fit(
+        unknowns=replace(unknowns, nominal=(), terms=(only,)),
+        z=z,
+        slopes=slopes,
+        residuals={name: slopes[name] @ z - data[name] for name in NAMES},
+        **parts,
+    )
+    residuals = {name: -data[name] for name in NAMES}
+    base = Fit(
+        unknowns=replace(unknowns, nominal=()),
+        z=np.zeros(0),
+        slopes={name: np.zeros((200, 0)) for name in NAMES},
+        residuals=residuals,
+        **parts,
+    )
+    return found, base
+
+
+def test_of_a_straight_model_the_way_and_the_slopes_say_the_same(unknowns):
+    """Strengths from nothing to twice what is there beyond doubt, of recordings that disagree more or less."""
+    said = []
+    for seed in range(120):
+        stream = np.random.default_rng(seed)
+        off = stream.uniform(0.0, 0.3) * stream.standard_normal(4)
+        found, base = one_strength(unknowns, stream, stream.uniform(0.0, 0.6), off)
+        said.append((established(found, 0, 0.05), established_along(found, base, 0.05)))
+    slopes, way = np.array(said).T
+    assert 0.2 < slopes.mean() < 0.8
+    assert (slopes == way).mean() > 0.95
+
+
+def test_slopes_that_are_wild_at_the_end_of_the_way_hide_no_effect(unknowns):
+    """Cloth that sticks: next to nothing of what the strength changed is changed by a little more of it."""
+    found, base = one_strength(unknowns, np.random.default_rng(1), 1.0, np.zeros(4))
+    wild = replace(found, slopes={name: 1e-3 * slopes for name, slopes in found.slopes.items()})
+    assert not established(wild, 0, 0.05)
+    assert established_along(wild, base, 0.05)
+
+
+def test_what_recordings_pull_to_and_fro_is_not_there_along_the_way_either(unknowns):
+    found, base = one_strength(unknowns, np.random.default_rng(1), 0.3, np.array([2.0, -2.0, 2.0, -2.0]))
+    assert not established_along(found, base, 0.05)
+
+
+def test_what_another_mesh_would_undo_is_not_there(unknowns):
+    found, base = one_strength(unknowns, np.random.default_rng(1), 1.0, np.zeros(4))
+    undone = {name: base.residuals[name] - found.residuals[name] for name in NAMES}
+    assert established_along(found, base, 0.05)
+    assert not established_along(replace(found, coarser=undone), base, 0.05)
+
+
+def test_a_model_that_changes_nothing_is_not_there(unknowns):
+    _, base = one_strength(unknowns, np.random.default_rng(1), 1.0, np.zeros(4))
+    assert not established_along(base, base, 0.05)
