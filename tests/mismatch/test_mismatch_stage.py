@@ -98,9 +98,8 @@ def test_concealed_parameters_lie_in_their_intervals(airless):
         assert low <= getattr(truth, name) <= high, name
         assert 0.0 < low < high < np.inf, name
     low, high = physics.bending_n_m.ci95
-    assert (
-        np.log(high / low) < 0.75 * 2 * 1.96 * FABRIC["bending_n_m"]["log_std"]
-    )  # recordings told more than the data sheet
+    # Recordings told more than the data sheet.
+    assert np.log(high / low) < 0.75 * 2 * 1.96 * FABRIC["bending_n_m"]["log_std"]
 
 
 def test_the_fit_improves_on_the_prior_where_motion_tells(airless):
