@@ -24,6 +24,7 @@ FINE_STEP_S = 1 / 240  # of predictions
 RICHARDSON = 4 / 3  # of what half a step changes is what a step gets wrong: BDF2 is of second order
 ENOUGH_VERTICES = 250  # a mesh of fewer is refined: slack sheets of 12 x 12 vertices fold millimetres off
 WOBBLE_Z = 0.03  # in prior standard deviations: what the simulator itself is taken to be wrong by
+ASKED = 6.0  # simulations of what is held out, beside those that measure errors: slopes, as long as three, baseline, two models
 FOLLOW_HZ = 1.0  # how fast a simulated marker follows the measured one while models are compared
 
 Looked = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]  # residuals (K,) and slopes (K, P) by recording
@@ -91,12 +92,6 @@ class Engine:
         """How often the mesh is refined that says what the working one gets wrong."""
         return self.finer - 1 if self.finer else self.finer + 1
 
-    def carry(self, name: str, mesh_m: np.ndarray) -> Observed:
-        """A recording's data, with this (K,) as what the mesh gets wrong in it."""
-        stage = self.stages[name]
-        stage.observed = replace(stage.observed, mesh_m=mesh_m)
-        return stage.observed
-
     def refine(self, world: World, names: tuple[str, ...]) -> None:
         """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for."""
         kinds = [(self.finer, STEP_S), (self.other_mesh, STEP_S), (self.finer, STEP_S / 2)]
@@ -132,24 +127,21 @@ class Engine:
         """Which stretch of its recording each residual (K,) belongs to, see `Observed`."""
         return {name: self.observed(name).stretch for name in names}
 
-    def foretell(self, world: World, names: tuple[str, ...], finer: int | None = None) -> dict[str, np.ndarray]:
-        """Markers (N, M, 3) from rest and drives alone, nothing pulled: what `sim1 predict` would say; on the working mesh or another.
+    def foretell(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        """Markers (N, M, 3) from rest and drives alone, nothing pulled: what `sim1 predict` would say.
 
         Raises:
             NotConverged: a recording that no simulation follows.
         """
-        told = self.foretold(world, names, finer)
+        told = self.foretold(world, names)
         for one in told.values():
             if isinstance(one, NotConverged):
                 raise one
         return told
 
-    def foretold(
-        self, world: World, names: tuple[str, ...], finer: int | None = None
-    ) -> dict[str, np.ndarray | NotConverged]:
+    def foretold(self, world: World, names: tuple[str, ...]) -> dict[str, np.ndarray | NotConverged]:
         """The same of every recording by itself: markers (N, M, 3), or why no simulation follows it."""
-        mesh = self.finer if finer is None else finer
-        tasks = [replace(self._task(name, (world,), mesh, FINE_STEP_S), follow_hz=0.0) for name in names]
+        tasks = [replace(self._task(name, (world,), self.finer, FINE_STEP_S), follow_hz=0.0) for name in names]
         runs = self.attempted(tasks)
         return {
             name: run if isinstance(run, NotConverged) else run.markers_m[0]
@@ -252,10 +244,11 @@ class Engine:
         return float(np.ptp(self.stages[task.recording].scene.time_s)) / task.step_s
 
     def _closing_steps(self) -> float:
-        """Steps that are simulated when the search is over: both models from rest, on another mesh what is held out, the baseline on the markers."""
+        """Steps that are simulated when the search is over: both models from rest, what is held out as fits do it, the baseline on the markers."""
         spans_s = [float(np.ptp(stage.scene.time_s)) for stage in self.stages.values()]
         other = 4.0 if self.other_mesh > self.finer else 1.0  # times the steps of the working mesh, by the vertices
-        return (sum(spans_s) + other * max(spans_s)) * 2 / FINE_STEP_S + sum(spans_s) / STEP_S
+        measured = 1.0 + other + 2.0  # on both meshes and by half steps
+        return sum(spans_s) * (2 / FINE_STEP_S + 1 / STEP_S) + max(spans_s) * (measured + ASKED) / STEP_S
 
 
 def _noise_m(bundle: Bundle, observed: list[Observed], block_frames: float) -> float:

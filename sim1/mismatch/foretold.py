@@ -31,9 +31,9 @@ class Foretold:
 type ByTerms = dict[tuple[str, ...], Foretold]  # by effects, () the baseline's
 
 
-def foretold_by(engine: Engine, model: Model, names: tuple[str, ...], finer: int | None = None) -> Foretold:
+def foretold_by(engine: Engine, model: Model, names: tuple[str, ...]) -> Foretold:
     """Markers by recording, from rest and drives alone; what cannot be simulated is told apart and stops nothing."""
-    told = engine.foretold(model.fit.unknowns.world(model.fit.z), names, finer)
+    told = engine.foretold(model.fit.unknowns.world(model.fit.z), names)
     return Foretold(
         markers_m={name: one for name, one in told.items() if not isinstance(one, NotConverged)},
         lost={name: str(one) for name, one in told.items() if isinstance(one, NotConverged)},

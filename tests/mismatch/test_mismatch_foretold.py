@@ -14,7 +14,7 @@ def test_a_model_that_no_simulation_follows_is_told_apart_and_the_others_are_ask
         ("swing_0", 0.0): np.ones((4, 2, 3)),
         ("swing_1", 0.0): NotConverged("recording swing_1: no next state at 0.700 s"),
     }
-    engine = SimpleNamespace(foretold=lambda world, names, finer: {name: told[name, world] for name in names})
+    engine = SimpleNamespace(foretold=lambda world, names: {name: told[name, world] for name in names})
     model = SimpleNamespace(fit=SimpleNamespace(unknowns=SimpleNamespace(world=lambda z: 0.0), z=None))
     found = foretold_by(engine, model, ("swing_0", "swing_1"))
     assert list(found.markers_m) == ["swing_0"]
