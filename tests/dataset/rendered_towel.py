@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from sim1.dataset.stage import DatasetConfig, dataset
 from sim1.episode import RATE_HZ, Episode, write_episode
 from sim1.render.appearance import SCHEMA
 
@@ -82,3 +83,12 @@ def write_rendered(
                 image = Image.fromarray(frame_image(frame, hue=60 + 100 * variant + 50 * number)).resize(size)
                 image.save(clip / "head" / f"{frame:06d}.png")
     return artifact
+
+
+def written_dataset(folder: Path, frame_counts: tuple[int, ...]) -> Path:
+    """The artifact `dataset` of one appearance of each of these trajectories."""
+    out = folder / "whole"
+    out.mkdir()
+    rendered = write_rendered(folder / "towel", variants=1, frame_counts=frame_counts)
+    dataset({"robot": ROBOT, "rendered_episodes": {"towel": rendered}}, out, DatasetConfig(keypoint_count=5))
+    return out

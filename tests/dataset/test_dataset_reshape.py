@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rendered_towel import ROBOT, write_rendered
+from rendered_towel import ROBOT, write_rendered, written_dataset
 from typer.testing import CliRunner
 
 from assets_defs.cli import app
@@ -24,12 +24,7 @@ from sim1.stage import BadInput, Finding
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """A dataset of four trajectories."""
-    folder = tmp_path_factory.mktemp("reshape")
-    out = folder / "whole"
-    out.mkdir()
-    rendered = write_rendered(folder / "towel", variants=1, frame_counts=(25, 28, 31, 22))
-    dataset({"robot": ROBOT, "rendered_episodes": {"towel": rendered}}, out, DatasetConfig(keypoint_count=5))
-    return out
+    return written_dataset(tmp_path_factory.mktemp("reshape"), (25, 28, 31, 22))
 
 
 def states(folder):

@@ -6,13 +6,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from rendered_towel import ROBOT, write_rendered
+from rendered_towel import written_dataset
 from typer.testing import CliRunner
 
 from assets_defs.cli import app
 from sim1.dataset.beside import FILES, artifact_of
 from sim1.dataset.reshape import merge, split
-from sim1.dataset.stage import DatasetConfig, dataset
 
 HALVES = {"train": 0.5, "test": 0.5}
 
@@ -20,11 +19,7 @@ HALVES = {"train": 0.5, "test": 0.5}
 @pytest.fixture(scope="module")
 def kin(tmp_path_factory):
     """An artifact of four trajectories of two demonstrations."""
-    folder = tmp_path_factory.mktemp("inner")
-    out = folder / "whole"
-    out.mkdir()
-    rendered = write_rendered(folder / "towel", variants=1, frame_counts=(10, 13, 10, 13))
-    dataset({"robot": ROBOT, "rendered_episodes": {"towel": rendered}}, out, DatasetConfig(keypoint_count=5))
+    out = written_dataset(tmp_path_factory.mktemp("inner"), (10, 13, 10, 13))
     table = pd.read_parquet(out / "provenance.parquet")
     table.assign(sources=[["a"], ["b"], ["a"], ["b"]]).to_parquet(out / "provenance.parquet", index=False)
     return out

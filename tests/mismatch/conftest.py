@@ -1,11 +1,25 @@
-"""What tests of verdicts share."""
+"""What tests of the diagnosis share."""
 
 from dataclasses import replace
 
 import pytest
-from small_bundle import empty_bundle
+from small_bundle import empty_bundle, plain_world
 
+from sim1.cloth.precise.scene import prepare
+from sim1.mismatch.engine import STEP_S
 from sim1.mismatch.search import baseline
+
+
+@pytest.fixture(scope="module")
+def world(bundle):
+    """The baseline's world of a module's own `bundle`."""
+    return plain_world(bundle)
+
+
+@pytest.fixture(scope="module")
+def scene(bundle):
+    """Its first recording at the step of searches."""
+    return prepare(bundle, bundle.recordings[0], STEP_S)
 
 
 @pytest.fixture(scope="module")

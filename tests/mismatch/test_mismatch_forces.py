@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_bundle import SIDE_M, empty_bundle, plain_world
+from small_bundle import SIDE_M, empty_bundle
 
 from sim1.cloth.effects.anisotropic_friction import AnisotropicFriction
 from sim1.cloth.precise.drives import late
@@ -21,16 +21,6 @@ STEP_S, AREA_M2 = 1 / 60, SIDE_M**2
 @pytest.fixture(scope="module")
 def bundle():
     return empty_bundle(count=9)
-
-
-@pytest.fixture(scope="module")
-def world(bundle):
-    return plain_world(bundle)
-
-
-@pytest.fixture(scope="module")
-def scene(bundle):
-    return prepare(bundle, bundle.recordings[0], STEP_S)
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_bundle import SIDE_M, empty_bundle, plain_world
+from small_bundle import SIDE_M, empty_bundle
 
 from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.lacking import cloth_part, lacking_force, lacking_forces
-from sim1.cloth.precise.scene import prepare
 
 STEP_S, SPEED_M_S = 1 / 60, 0.8
 
@@ -16,16 +15,6 @@ STEP_S, SPEED_M_S = 1 / 60, 0.8
 @pytest.fixture(scope="module")
 def bundle():
     return empty_bundle()
-
-
-@pytest.fixture(scope="module")
-def world(bundle):
-    return plain_world(bundle)
-
-
-@pytest.fixture(scope="module")
-def scene(bundle):
-    return prepare(bundle, bundle.recordings[0], STEP_S)
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_bundle import empty_bundle, plain_world
+from small_bundle import empty_bundle
 
 from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.newton import net_width
-from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import simulate
 from sim1.cloth.precise.smooth_push import NUMBERS, pushes, smooth_push, smooth_push_slope
 from sim1.cloth.precise.world import pack
@@ -23,16 +22,6 @@ PRESENT = tuple(0.05 * np.sin(1.0 + np.arange(NUMBERS)))  # pushes [Pa] and brak
 @pytest.fixture(scope="module")
 def bundle():
     return empty_bundle(duration_s=1.5)
-
-
-@pytest.fixture(scope="module")
-def world(bundle):
-    return plain_world(bundle)
-
-
-@pytest.fixture(scope="module")
-def scene(bundle):
-    return prepare(bundle, bundle.recordings[0], 1 / 60)
 
 
 def with_number(world, number, change):

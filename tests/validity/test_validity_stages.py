@@ -54,11 +54,12 @@ def test_left_out_figures_leave_out_a_demonstration_with_all_that_descends_from_
     assert admitted <= 6
 
 
-def test_nothing_is_learned_from_runs_that_an_arm_cut_short_however_well_the_garment_lies(tmp_path):
+@pytest.mark.parametrize("failure", ["unreachable", "out of view"])
+def test_rules_learn_nothing_from_runs_cut_short_or_out_of_view_however_well_the_garment_lies(tmp_path, failure):
     inputs = make_artifacts(tmp_path, [1.0, 0.99], [1.0, 0.99, 0.5])
     candidates = inputs["candidate_trajectories"]["sheet"]
     cut = json.loads((candidates / "episodes/0001/episode.json").read_text())
-    cut |= {"success": False, "failure": "unreachable"}
+    cut |= {"success": False, "failure": failure}
     (candidates / "episodes/0001/episode.json").write_text(json.dumps(cut))
     run(state_rules, inputs, tmp_path / "out", StateRulesConfig())
     features = pd.read_parquet(tmp_path / "out" / "features.parquet").set_index("example")
