@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_pool import fitted, pool_of
 
-from sim1.mismatch.decide import decide, gain_of
+from sim1.mismatch.decide import decide, gain_of, there
 from sim1.mismatch.excess import mean_square
 from sim1.mismatch.findings import admitted, probabilities
 from sim1.mismatch.thresholds import THRESHOLDS
@@ -252,3 +252,20 @@ def test_even_odds_are_where_a_name_begins_and_the_unknown_is_as_probable_as_all
     assert sum(probabilities(pool, "named", THRESHOLDS).values()) == pytest.approx(1.0, abs=1e-6)
     assert sum(probabilities(pool, "unknown", THRESHOLDS).values()) == pytest.approx(0.5, abs=1e-6)
     assert probabilities(tuple(pool_of(unknowns, {("wind",): 0.0})), "none", THRESHOLDS)["wind"] < 0.01
+
+
+def test_each_effect_is_tested_along_the_way_from_the_model_without_it_and_by_its_slopes_where_there_is_none(
+    unknowns, monkeypatch
+):
+    two = tuple(SimpleNamespace(effect=SimpleNamespace(name=name)) for name in ("air_drag", "wind"))
+    pool = pool_of(unknowns, {("air_drag",): 50.0, ("air_drag", "wind"): 80.0})
+    drag, pair = pool[1], pool[2]
+    pair = replace(pair, fit=replace(pair.fit, unknowns=SimpleNamespace(terms=two)))
+    asked = []
+    monkeypatch.setattr("sim1.mismatch.decide.established", lambda fit, place, level: asked.append(place) or True)
+    monkeypatch.setattr("sim1.mismatch.decide.established_along", lambda fit, base, level: asked.append(base) or True)
+    assert there([pool[0], drag, pair], pair, THRESHOLDS)
+    assert asked[0] == 0  # nobody fitted wind alone
+    assert asked[1] is drag.fit
+    monkeypatch.setattr("sim1.mismatch.decide.established_along", lambda fit, base, level: False)
+    assert not there([pool[0], drag, pair], pair, THRESHOLDS)
