@@ -20,7 +20,7 @@ def doomed(
     artifact's lock and no other. Who asks is `alone` until all of it is removed.
 
     Raises:
-        ValueError: an unknown stage.
+        ValueError: an unknown stage, or a garment that is neither there nor has left anything.
         StoreError: everything is to be removed, and a process is making an artifact.
     """
     if everything:
@@ -30,6 +30,10 @@ def doomed(
     if unknown := set(stages or []) - known:
         raise ValueError(f"--select {sorted(unknown)[0]}: there is no such stage; there are {sorted(known)}")
     keys = {JOINT, *home.garments()}
+    for name in set(garments or []) - keys - {path.name for path in _inside(home)}:
+        raise ValueError(
+            f"--garment {name}: there is no such garment, and nothing made of it; there are {home.garments()}"
+        )
     found = []
     held: dict[Place, str] = {}
     for path in _inside(home):

@@ -196,7 +196,10 @@ def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: fl
     physics = read_physics(inputs[source][garment] / "cell.yaml")
     if world == REALITY:
         numerics = replace(numerics, substeps=FINER * numerics.substeps)
-        garment_m = _start_in_reality(inputs["real_demos"][garment], lambda: Cell(mesh, scene, physics, numerics))
+        where = f"{inputs['garment_mesh'][garment]} in {inputs['scene'][garment]}"
+        garment_m = _start_in_reality(
+            inputs["real_demos"][garment], lambda: Cell(mesh, scene, physics, numerics), where
+        )
     else:
         garment_m = read_start(demos)
     cell = Cell(mesh, scene, rubbed(physics, friction_factor), numerics)
@@ -204,12 +207,15 @@ def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: fl
     return Bench(world=world, cell=cell, start=start, judge=decide, look=look)
 
 
-def _start_in_reality(demos: Path, make_cell: Callable[[], Cell]) -> np.ndarray:
+def _start_in_reality(demos: Path, make_cell: Callable[[], Cell], where: str) -> np.ndarray:
     """The garment (v, 3) m as real demonstrations began; where it was not demonstrated, settled in the same way in a cell of that world."""
     if not (demos / "none.json").exists():
         return read_start(demos)
     usual = RealDemosConfig()
-    return settle(make_cell(), longest_s=usual.settle_s, rest_speed_m_s=usual.rest_speed_m_s).astype(float)
+    try:
+        return settle(make_cell(), longest_s=usual.settle_s, rest_speed_m_s=usual.rest_speed_m_s).astype(float)
+    except BadInput as error:
+        raise BadInput(f"{where}: {error}") from error
 
 
 def rubbed(physics: ClothPhysics, factor: float) -> ClothPhysics:

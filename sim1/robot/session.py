@@ -122,8 +122,11 @@ def _judged(
 ) -> Episode:
     """The episode once the garment has come to rest under arms that stay at their `last` command, and what the judge says."""
     if failure != "simulation broke":
-        for _ in range(round(END_HOLD_S * RATE_HZ)):
-            recorder.step(*last)
+        try:
+            for _ in range(round(END_HOLD_S * RATE_HZ)):
+                recorder.step(*last)
+        except SimulationBroke as error:  # what it fails by already is what it is known by
+            failure, note = (failure, note) if failure else ("simulation broke", str(error))
     episode = recorder.episode(about)
     outcome = judge(episode.garment_m, cell.garment.faces, task)
     failure = failure or outcome.failure

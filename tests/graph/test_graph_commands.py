@@ -260,6 +260,14 @@ def test_clean_of_a_garment_takes_its_artifacts_of_all_stages_and_variants_and_n
     assert files(made.root) == {name for name in before if not name.startswith(gone)}
 
 
+def test_clean_of_a_garment_that_nobody_knows_is_refused(made):
+    before = files(made.root)
+    answer = made.command("clean", "--garment", "twoel", "--yes")
+    assert answer.returncode != 0
+    assert "--garment twoel: there is no such garment" in answer.stderr
+    assert files(made.root) == before
+
+
 @pytest.mark.parametrize("outside", ["data/garments", "data", "."])
 def test_what_lies_outside_store_and_state_is_never_removed(made, outside):
     before = files(made.root)

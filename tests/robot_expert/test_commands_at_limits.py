@@ -8,7 +8,7 @@ import pytest
 from small_towel import TOWEL
 
 import sim1.robot.session
-from sim1.cloth.cell import Cell, CellConfig
+from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
 from sim1.cloth.garment import read_garment_mesh
 from sim1.cloth.physics import read_physics
 from sim1.episode import write_episode
@@ -78,6 +78,23 @@ def test_a_command_that_a_joint_does_not_keep_up_with_fails_its_demonstration(ce
     note = episode.about["note"]
     assert "episode 3: left_joint_6_rad at frame 3 (0.10 s, 30 frames a second) is 0.833 rad behind its command" in note
     assert "its limit, 5 rad/s; demonstrate it slower, or leave this episode out" in note
+
+
+@pytest.mark.parametrize(("roll_rad", "failure"), [(1.5, "simulation broke"), (1.6, "beyond joint limits")])
+def test_a_simulation_that_breaks_while_the_garment_comes_to_rest_fails_that_demonstration_alone(
+    cell, task, monkeypatch, roll_rad, failure
+):
+    def step(cell, joints_rad, openness):
+        steps(cell, joints_rad, openness)
+        if cell.frame == FRAMES + 2:
+            raise SimulationBroke(cell.frame, 3, "vertex 3 flew away")
+
+    steps = Cell.step
+    monkeypatch.setattr(Cell, "step", step)
+    episode = follow(cell, task, LYING, rolling(cell, np.full(FRAMES, roll_rad)), {})
+    assert episode.frame_count == FRAMES + 2
+    assert (episode.about["success"], episode.about["failure"]) == (False, failure)
+    assert ("vertex 3 flew away" in episode.about["note"]) == (failure == "simulation broke")
 
 
 @pytest.fixture(scope="module")
