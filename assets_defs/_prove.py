@@ -4,6 +4,7 @@ import os
 import shlex
 import signal
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -69,7 +70,7 @@ def prove(
     )
     of_what_is_there = report or oracle or baselines or calibrate
     if of_what_is_there and (said_too := _of_a_run(wish, parallel, limit_minutes, only_films)):
-        stop(f"nothing is drawn, filmed or diagnosed for this; leave out {', '.join(said_too)}")
+        stop(f"nothing is drawn or diagnosed for this; leave out {', '.join(said_too)}")
     try:
         with exclusive(root / "campaign.lock"):
             from sim1.proof.files import Files
@@ -81,12 +82,12 @@ def prove(
             if oracle:
                 from sim1.proof.oracle import ask_oracle
 
-                ask_oracle(Files(root), found.outcomes, _say)
+                _ask(root, ask_oracle, found)
                 found = rewrite(Files(root))
             if baselines:
                 from sim1.proof.baselines.ask import ask_baselines
 
-                ask_baselines(Files(root), found.outcomes, _say)
+                _ask(root, ask_baselines, found)
                 found = rewrite(Files(root))
             if calibrate:
                 _calibrate(root / "thresholds.yaml", found, [scored(Files(other)) for other in counted[1:]])
@@ -110,6 +111,17 @@ def _of_a_run(wish, parallel: int | None, limit_minutes: float | None, only_film
     """Options that were given and that say how cases are drawn, filmed and diagnosed."""
     given = {"--parallel": parallel, "--limit-minutes": limit_minutes, "--only-films": only_films or None}
     return [*wish.said(), *(name for name, value in given.items() if value is not None)]
+
+
+def _ask(root: Path, ask, found) -> None:
+    from pipeline.home import REPOSITORY
+    from sim1.proof.again import Films
+    from sim1.proof.files import Files
+    from sim1.proof.start import read_campaign
+
+    files = Files(root)
+    with _ended_by_kill():
+        ask(Films(files=files, drawn=read_campaign(files), home=REPOSITORY, tell=_say), found.outcomes)
 
 
 def _calibrate(path: Path, found, others) -> None:
@@ -153,9 +165,16 @@ def _run(root: Path, wish, parallel: int, limit_s: float, only_films: bool):
         parallel=parallel,
         limit_s=limit_s,
     )
-    before = signal.signal(signal.SIGTERM, _interrupt)  # a plain `kill` ends the diagnosis too
-    try:
+    with _ended_by_kill():
         return prove(campaign, only_films=only_films)
+
+
+@contextmanager
+def _ended_by_kill():
+    """A plain `kill` ends what films and diagnoses too."""
+    before = signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        yield
     finally:
         signal.signal(signal.SIGTERM, before)
 

@@ -23,6 +23,7 @@ from benchmarks.discriminator.figures import accepted_by_class, figures_of, told
 from benchmarks.discriminator.turns import RECALL, Tested, among, pooled, run_turn, turn_by_garment, turns_by_fold
 from pipeline import Home, load_graph
 from sim1.validity.stage import VideoDiscriminatorConfig
+from sim1.validity.success import OUT_OF_VIEW
 
 CLEAR = 0.1  # of the limit of a fold's worst figure: farther from the judge's line a person needs no ruler either
 type Verdicts = dict[str, tuple[str | None, float]]
@@ -54,7 +55,13 @@ def main(
     with ProcessPoolExecutor(processes) as pool:
         asked = {
             (garment, other): [
-                pool.submit(run_turn, turn, config, features[garment] if other == "other demonstrations" else None)
+                pool.submit(
+                    run_turn,
+                    turn,
+                    config,
+                    features[garment] if other == "other demonstrations" else None,
+                    {name for name, (failure, _) in verdicts[garment].items() if failure == OUT_OF_VIEW},
+                )
                 for turn in turns
             ]
             for (garment, other), (turns, _) in kinds.items()

@@ -67,8 +67,15 @@ def turn_by_garment(garment: str, clips: dict[str, list[LabelledClip]]) -> Turn:
     return Turn(name=f"{garment} from the others", **dealt, test=clips[garment])
 
 
-def run_turn(turn: Turn, config: VideoDiscriminatorConfig, features: pd.DataFrame | None = None) -> Tested:
+def run_turn(
+    turn: Turn,
+    config: VideoDiscriminatorConfig,
+    features: pd.DataFrame | None = None,
+    out_of_view: Set[str] = frozenset(),
+) -> Tested:
     """Train, choose both thresholds, test. `features` (by name of clip) of all clips: rules are learned from what does not test.
+
+    `out_of_view` names clips whose garment left the picture, from which no rules are learned.
 
     Raises:
         BadInput: clips that train, set thresholds or test are all of one outcome.
@@ -97,14 +104,19 @@ def run_turn(turn: Turn, config: VideoDiscriminatorConfig, features: pd.DataFram
         family=np.array([f"{turn.name}/{number}" for number in kin]),
         precise=np.zeros(len(good), bool) if precise is None else tested >= precise,
         generous=tested >= generous,
-        rules=None if features is None else admitted(turn, features, StateRulesConfig()),
+        rules=None if features is None else admitted(turn, features, StateRulesConfig(), out_of_view),
         roc_area=(area_under_roc(good, tested),),
     )
 
 
-def admitted(turn: Turn, features: pd.DataFrame, config: StateRulesConfig) -> np.ndarray:
-    """(n,) bool: which test clips the rules admit that are learned from all other clips of the turn."""
-    known = [*turn.train, *turn.calibration]
+def admitted(
+    turn: Turn, features: pd.DataFrame, config: StateRulesConfig, out_of_view: Set[str] = frozenset()
+) -> np.ndarray:
+    """(n,) bool: which test clips the rules admit that are learned from all other clips of the turn but these.
+
+    Features do not say where a garment lay: what is out of view would be folded garments called failures, as in stage state_rules.
+    """
+    known = [clip for clip in (*turn.train, *turn.calibration) if clip.name not in out_of_view]
     rules = learned(features.loc[[clip.name for clip in known]], _successes(known), config)
     return admissible(rules, features.loc[[clip.name for clip in turn.test]])
 

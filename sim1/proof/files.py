@@ -128,6 +128,11 @@ class Files:
         """Whether a case was scored elsewhere: how, is known, and its answers are not here."""
         return self.outcome(case).is_file() and not self.answers(case).is_file()
 
+    @property
+    def again(self) -> "Files":
+        """The same places for films of such cases that were made again."""
+        return Files(self.root / "again")
+
     def baselines(self, case: str) -> Path:
         """What simpler methods made of it, if they were asked."""
         return self.root / "baselines" / f"{case}.json"

@@ -48,6 +48,7 @@ class Laboratory:
         effects = [word for name in case.effects or ("none",) for word in ("--effect", name)]
         places = ["--bundle", str(bundle), "--held-out", str(unseen), "--answers", str(answers)]
         drawn = ["--strength", case.strength, "--seed", str(case.seed)]
+        answers.parent.mkdir(parents=True, exist_ok=True)
         processes.run([*self.argv, "make", *effects, *places, *drawn], cwd=self.home)
         if not filmed(bundle, unseen, answers):
             raise NotDone(

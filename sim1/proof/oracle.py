@@ -1,13 +1,14 @@
 """The oracle: a model that is told what was concealed, fitted like any other. What it gains held out is all there was to gain."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sim1.cloth.physics import ClothPhysics
+from sim1.proof.again import Films
 from sim1.proof.answers import REMEDY, Answers, read_answers, read_courses
 from sim1.proof.files import Files, Oracle, write_whole
 from sim1.proof.score import Outcome
@@ -19,30 +20,31 @@ if TYPE_CHECKING:
     from sim1.mismatch.search import Unknowns
 
 
-def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str], None]) -> None:
-    """Ask of every case with effects of the table that has been diagnosed and not been asked yet.
+def ask_oracle(films: Films, outcomes: tuple[Outcome, ...]) -> None:
+    """Ask of every case with effects of the table that has been diagnosed, here or elsewhere, and not been asked yet.
 
     Raises:
         BadInput: a bundle or its answers are damaged.
     """
     from sim1.cloth.precise.simulate import NotConverged
 
-    asked = [one for one in outcomes if one.kind in ("single", "several") and one.found and not files.carried(one.case)]
+    files = films.files
+    asked = [one for one in outcomes if one.kind in ("single", "several") and one.found]
     for number, one in enumerate(asked, start=1):
-        if files.oracle(one.case).is_file():
+        if one.oracle_s is not None or files.oracle(one.case).is_file() or (filmed := films.of(one.case)) is None:
             continue
         began = time.monotonic()
         fabric = {name: n.true for name, n in one.found.fabric.items() if n.true is not None}
-        answers = read_answers(files.answers(one.case))
+        answers = read_answers(filmed.answers(one.case))
         heldout_mm, unseen_mm, lost = None, None, {}
         try:
-            heldout, told = heldout_m(read_bundle(files.bundle(one.case)), concealed(answers), fabric)
+            heldout, told = heldout_m(read_bundle(filmed.bundle(one.case)), concealed(answers), fabric)
             heldout_mm = 1e3 * heldout
         except NotConverged as error:
             lost["heldout"] = str(error)
         else:
             try:
-                unseen_mm = _unseen_mm(files, one.case, told)
+                unseen_mm = _unseen_mm(filmed, one.case, told)
             except NotForetold as error:
                 lost["unseen"] = str(error)
         seconds = round(time.monotonic() - began, 3)
@@ -53,7 +55,7 @@ def ask_oracle(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str]
             if heldout_mm is None
             else f"the oracle is off by {heldout_mm:.2f} mm"
         )
-        tell(f"{one.case}: {said}; {number} of {len(asked)} asked")
+        films.tell(f"{one.case}: {said}; {number} of {len(asked)} asked")
 
 
 def concealed(answers: Answers) -> dict[str, dict[str, float]]:

@@ -13,7 +13,7 @@ from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.found_seal import Diagnosed, check_found, diagnosed
 from sim1.proof.ledger import Begun, Commitment, Ended, read_lines
 from sim1.proof.methods import Method, methods_of
-from sim1.proof.score import OtherCode, Outcome, is_right, score
+from sim1.proof.score import OtherCode, Outcome, asked_besides, is_right, score
 from sim1.proof.seal import check_committed, covers_films, read_commitments
 from sim1.proof.totals import Confusion, Totals, confusion_of, totals_of
 from sim1.stage import BadInput
@@ -54,7 +54,7 @@ def judge(files: Files, drawn: Drawn, record: Record) -> Outcome | NotScored:
     """Score a case whose answers and films are still those that were committed to; of any other, say why not.
 
     A case whose answers are not here stays as it was scored where they were, if that fits what was drawn and committed to: `outcomes/`
-    goes with a campaign from machine to machine.
+    goes with a campaign from machine to machine. What oracle and baselines said here of its films made again is put to it.
 
     Raises:
         OtherCode: the case was diagnosed by code that wrote other files.
@@ -104,7 +104,7 @@ def _carried(files: Files, drawn: Drawn, case: str) -> Outcome | NotScored:
     elif stored.right != is_right(stored.kind, tuple(stored.concealed), stored.verdict, stored.named):
         why = f"says right: {stored.right} of verdict {stored.verdict} {'+'.join(stored.named)}, which does not follow"
     else:
-        return stored
+        return stored.model_copy(update=asked_besides(files, case))
     return NotScored(
         case=case, why=f"{path}: {why}; bring the outcome and the commitments of the machine that scored it"
     )

@@ -4,7 +4,7 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pydantic
@@ -86,11 +86,13 @@ class Outcome(Strict):
         None  # on motions that no diagnosis was given, before and after; None: not filmed; a None in it: not foretold
     )
     not_foretold: dict[str, str] = pydantic.Field(default_factory=dict)  # model, before or after -> why not
-    oracle_mm: float | None  # held out, of a model that was told the effects; None: not asked, or it found no way
+    oracle_mm: float | None = (
+        None  # held out, of a model that was told the effects; None: not asked, or it found no way
+    )
     oracle_unseen_mm: float | None = None  # the same on motions that no diagnosis was given
-    oracle_s: float | None  # None: not asked
+    oracle_s: float | None = None  # None: not asked
     oracle_lost: dict[str, str] = pydantic.Field(default_factory=dict)  # as `Oracle.lost`
-    baselines: Baselines | None  # None: not asked
+    baselines: Baselines | None = None  # None: not asked
 
     @property
     def gap_closed(self) -> float | None:
@@ -164,7 +166,6 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
     said = verdict.verdict if verdict else "failed"
     kind = kind_of(answers)
     concealed = {effect.name: effect.parameters for effect in answers.effects}
-    oracle = _asked(files.oracle(record.case), Oracle)
     return Outcome(
         case=record.case,
         kind=kind,
@@ -182,12 +183,22 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
         found=found,
         unseen_mm=unseen_mm,
         not_foretold=record.not_foretold,
-        oracle_mm=oracle.heldout_mm if oracle else None,
-        oracle_unseen_mm=oracle.unseen_mm if oracle else None,
-        oracle_s=oracle.seconds if oracle else None,
-        oracle_lost=oracle.lost if oracle else {},
-        baselines=_asked(files.baselines(record.case), Baselines),
+        **asked_besides(files, record.case),
     )
+
+
+def asked_besides(files: Files, case: str) -> dict[str, Any]:
+    """What oracle and baselines said of a case, as fields of an `Outcome`; of those that were not asked here, none."""
+    oracle, baselines = _asked(files.oracle(case), Oracle), _asked(files.baselines(case), Baselines)
+    told = {} if baselines is None else {"baselines": baselines}
+    if oracle is None:
+        return told
+    return told | {
+        "oracle_mm": oracle.heldout_mm,
+        "oracle_unseen_mm": oracle.unseen_mm,
+        "oracle_s": oracle.seconds,
+        "oracle_lost": oracle.lost,
+    }
 
 
 def _unseen_mm(files: Files, case: str, courses: Mapping[str, np.ndarray]) -> tuple[float | None, ...] | None:

@@ -164,3 +164,16 @@ def test_rules_are_learned_from_all_clips_but_those_that_test():
             0.9 if clip.success else 0.4 for clip in turn.test
         ]
         assert benchmark.admitted(turn, lie, StateRulesConfig()).tolist() == [not clip.success for clip in turn.test]
+
+
+def test_no_rule_is_learned_from_clips_that_left_the_picture():
+    some = clips("towel", 64)
+    turn = turns_by_fold("towel", some, 4)[0][0]
+    failures = [clip.name for clip in (*turn.train, *turn.calibration) if not clip.success]
+    hidden = set(failures[::4])  # folded well, and called failures as nobody saw it
+    share = {clip.name: 0.5 if clip.success else 0.4 if clip.name in hidden else 0.9 for clip in some}
+    share |= {clip.name: 0.4 for clip in turn.test if clip.success}
+    features = pd.DataFrame({"end.covered_share": share})
+    folded = [clip.success for clip in turn.test]
+    assert benchmark.admitted(turn, features, StateRulesConfig(), hidden).tolist() == folded
+    assert not benchmark.admitted(turn, features, StateRulesConfig()).any()  # what folds best would be a failure

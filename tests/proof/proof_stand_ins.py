@@ -2,8 +2,10 @@
 
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
+from sim1.proof.again import Films
 from sim1.proof.campaign import Campaign
 from sim1.proof.closure import code_sha256
 from sim1.proof.draw import Case
@@ -138,6 +140,11 @@ def campaign(folder: Path, cases: tuple[Case, ...], tell=lambda line: None, para
         tell=tell,
         parallel=parallel,
     )
+
+
+def films(made: Campaign, tell: Callable[[str], None]) -> Films:
+    """Of a campaign's scored cases; what stayed behind is filmed again by its laboratory."""
+    return Films(files=made.files, drawn=made.drawn, home=made.home, tell=tell)
 
 
 def notes(folder: Path, who: str | None = None) -> list[dict]:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from proof_stand_ins import campaign
+from proof_stand_ins import campaign, films
 
 from sim1.cloth.effects import EFFECTS, Site
 from sim1.cloth.precise.world import World
@@ -133,9 +133,9 @@ def test_every_diagnosed_case_is_asked_once_without_its_answers_and_the_report_t
     monkeypatch.setattr("sim1.proof.baselines.ask.sparse_effects", sparse)
     monkeypatch.setattr("sim1.proof.baselines.ask.heldout_m", lambda bundle, physics: 0.0012)
     with pytest.raises(KeyboardInterrupt):
-        ask_baselines(made.files, outcomes, interrupted(said, after=1))
+        ask_baselines(films(made, interrupted(said, after=1)), outcomes)
     for _ in range(2):
-        ask_baselines(made.files, outcomes, said.append)
+        ask_baselines(films(made, said.append), outcomes)
     assert asked == [("case_001", "case_001"), ("case_002", "case_002")]
     assert said == [
         "case_001: sparse regression says air_drag and is off by 1.50 mm; 1 of 2 asked",

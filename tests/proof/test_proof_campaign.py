@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from proof_stand_ins import DRAG, LAME, NULL, PAIR, SHRUNK, STRANGE, campaign, notes, unsealed
+from proof_stand_ins import DRAG, LAME, NULL, PAIR, SHRUNK, STRANGE, campaign, films, notes, unsealed
 
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.summary import SCHEMA
@@ -250,7 +250,7 @@ def test_the_oracle_is_asked_once_of_what_has_effects_of_the_table_and_was_diagn
     monkeypatch.setattr("sim1.proof.oracle.heldout_m", told)
     monkeypatch.setattr("sim1.mismatch.predict.predict", foretold)
     for _ in range(2):
-        ask_oracle(made.files, outcomes, said.append)
+        ask_oracle(films(made, said.append), outcomes)
     assert asked == [("case_001", ["air_drag"], {"poisson": 0.3}), ("case_005", ["adhesion", "wind"], {"poisson": 0.3})]
     scored = {one.case: one for one in rewrite(made.files).outcomes}
     assert scored["case_001"].oracle_mm == pytest.approx(0.5)

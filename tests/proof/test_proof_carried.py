@@ -4,10 +4,12 @@ import re
 import shutil
 
 import pytest
-from proof_stand_ins import campaign, notes
+from proof_stand_ins import campaign, films, notes
 
+from sim1.cloth.precise.simulate import NotConverged
+from sim1.proof.baselines import sindy
+from sim1.proof.baselines.ask import ask_baselines
 from sim1.proof.draw import Case
-from sim1.proof.files import Files
 from sim1.proof.oracle import ask_oracle
 from sim1.proof.prove import prove
 from sim1.proof.report import rewrite
@@ -37,7 +39,76 @@ def test_a_campaign_goes_on_elsewhere_with_its_small_files_alone(tmp_path):
     assert proof.totals.named == first.totals.named
     assert [one.right for one in proof.outcomes] == [True, True, True]
     assert "case_001, case_002" in (there / "out" / "proof.html").read_text()
-    ask_oracle(Files(there / "out"), proof.outcomes, lambda line: pytest.fail(f"asked without a film: {line}"))
+
+
+@pytest.fixture
+def elsewhere(tmp_path):
+    """A campaign whose answers, films and findings stayed behind, with what the laboratory was asked before it was carried."""
+    made = campaign(tmp_path, (DRAG, NULL))
+    prove(made)
+    for folder in ("bundles", "unseen", "found", "foretold"):
+        shutil.rmtree(made.files.root / folder)
+    for path in made.files.root.glob("answers/case_*"):
+        path.unlink()
+    return made
+
+
+def test_the_oracle_is_asked_of_films_that_are_made_again_and_are_those_that_were_committed_to(elsewhere, monkeypatch):
+    asked, said, before = [], [], len(notes(elsewhere.home, "laboratory"))
+
+    def told(bundle, effects, fabric):
+        asked.append((bundle, sorted(effects)))
+        raise NotConverged("it snaps")
+
+    monkeypatch.setattr("sim1.proof.oracle.read_bundle", lambda path: path)
+    monkeypatch.setattr("sim1.proof.oracle.heldout_m", told)
+    for _ in range(2):
+        ask_oracle(films(elsewhere, said.append), rewrite(elsewhere.files).outcomes)
+    assert asked == [(elsewhere.files.root / "again" / "bundles" / "case_001", ["air_drag"])]
+    assert len(notes(elsewhere.home, "laboratory")) == before + 1
+    assert said == [
+        "case_001: filming again, as its films stayed behind",
+        "case_001: no simulation of the oracle found its way; 1 of 1 asked",
+    ]
+    proof = rewrite(elsewhere.files)
+    assert proof.carried == ("case_001", "case_002")
+    assert proof.outcomes[0].oracle_lost == {"heldout": "it snaps"}
+    assert proof.outcomes[1].oracle_s is None
+
+
+def test_another_film_than_the_one_that_was_committed_to_is_told_and_not_asked(elsewhere, monkeypatch):
+    laboratory, said = elsewhere.home / "laboratory.py", []
+    laboratory.write_text(laboratory.read_text().replace("np.eye(4)", "np.ones((4, 4))"))
+    monkeypatch.setattr("sim1.proof.oracle.heldout_m", lambda *given: pytest.fail("asked of another film"))
+    ask_oracle(films(elsewhere, said.append), rewrite(elsewhere.files).outcomes)
+    assert re.search(r"case_001: not asked, .*again/answers/case_001.npz: changed since it was committed to", said[-1])
+    laboratory.write_text("raise SystemExit('no light')")
+    shutil.rmtree(elsewhere.files.again.root)
+    ask_oracle(films(elsewhere, said.append), rewrite(elsewhere.files).outcomes)
+    assert "case_001: not asked" in said[-1]
+    assert "no light" in said[-1]
+
+
+def test_simpler_methods_are_asked_elsewhere_where_the_calibrated_baseline_came_along(elsewhere, monkeypatch):
+    asked, said = [], []
+    brought = elsewhere.files.found("case_001") / "baseline.yaml"
+    brought.parent.mkdir(parents=True)
+    brought.write_text("calibrated")
+
+    def sparse(bundle, physics):
+        asked.append((bundle, physics))
+        return sindy.Named(effects=("wind",), heldout_m=0.0015)
+
+    monkeypatch.setattr("sim1.proof.baselines.ask.read_bundle", lambda path: path)
+    monkeypatch.setattr("sim1.proof.baselines.ask.read_physics", lambda path: path.read_text())
+    monkeypatch.setattr("sim1.proof.baselines.ask.sparse_effects", sparse)
+    monkeypatch.setattr("sim1.proof.baselines.ask.heldout_m", lambda bundle, physics: 0.0012)
+    ask_baselines(films(elsewhere, said.append), rewrite(elsewhere.files).outcomes)
+    assert asked == [(elsewhere.files.again.bundle("case_001"), "calibrated")]
+    assert said[0].startswith("case_002: not asked, as ")
+    outcome = rewrite(elsewhere.files).outcomes[0]
+    assert outcome.baselines.sindy.named == ("wind",)
+    assert outcome.baselines.residual.heldout_mm == pytest.approx(1.2)
 
 
 def test_an_outcome_that_came_without_its_record_is_told_and_stays(tmp_path):

@@ -1,53 +1,66 @@
 """Ask the methods that cost simulations; what they said is kept, case by case."""
 
 import time
-from collections.abc import Callable
+from pathlib import Path
 
-from sim1.cloth.physics import read_physics
+from sim1.cloth.physics import ClothPhysics, read_physics
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.strict_json import read_json
+from sim1.proof.again import Films
 from sim1.proof.baselines.residual import heldout_m
 from sim1.proof.baselines.sindy import pysindy_stlsq, sparse_effects
 from sim1.proof.files import Baselines, Files, Generic, Sparse, write_whole
 from sim1.proof.score import Outcome
-from sim1.recording.bundle import read_bundle
+from sim1.recording.bundle import Bundle, read_bundle
 
 
-def ask_baselines(files: Files, outcomes: tuple[Outcome, ...], tell: Callable[[str], None]) -> None:
+def ask_baselines(films: Films, outcomes: tuple[Outcome, ...]) -> None:
     """Ask of every case that has been diagnosed and not been asked yet, first the quicker method of all cases, then the other.
 
-    They are given the bundle and the calibrated baseline, no answers.
+    They are given the bundle and the calibrated baseline, no answers. A case whose `baseline.yaml` stayed where it was diagnosed is told.
 
     Raises:
         BadInput: PySINDy is not installed, or a bundle, a calibrated baseline or an earlier answer is damaged.
     """
     pysindy_stlsq()  # before hours of work rather than after
-    asked = [one.case for one in outcomes if one.found and not files.carried(one.case)]
+    files, asked = films.files, []
+    for one in outcomes:
+        if one.found and _baseline(files, one.case).is_file():
+            asked.append(one)
+        elif one.found:
+            films.tell(
+                f"{one.case}: not asked, as {_baseline(files, one.case)} stayed where it was diagnosed; bring it"
+            )
     for field, ask in (("sindy", ask_sparse), ("residual", ask_generic)):
-        for number, case in enumerate(asked, start=1):
-            path = files.baselines(case)
-            known = read_json(path, Baselines, "remove it and ask again") if path.is_file() else Baselines(case=case)
-            if getattr(known, field) is None:
-                answer = ask(files, case)
+        for number, one in enumerate(asked, start=1):
+            path = files.baselines(one.case)
+            told = one.baselines or Baselines(case=one.case)
+            known = read_json(path, Baselines, "remove it and ask again") if path.is_file() else told
+            if getattr(known, field) is None and (filmed := films.of(one.case)) is not None:
+                answer = ask(read_bundle(filmed.bundle(one.case)), read_physics(_baseline(files, one.case)))
                 write_whole(path, known.model_copy(update={field: answer}))
-                tell(f"{case}: {_told(answer)}; {number} of {len(asked)} asked")
+                films.tell(f"{one.case}: {_told(answer)}; {number} of {len(asked)} asked")
 
 
-def ask_sparse(files: Files, case: str) -> Sparse:
+def _baseline(files: Files, case: str) -> Path:
+    return files.found(case) / "baseline.yaml"
+
+
+def ask_sparse(bundle: Bundle, calibrated: ClothPhysics) -> Sparse:
     """Sparse regression on a case."""
     began = time.monotonic()
     try:
-        said = sparse_effects(read_bundle(files.bundle(case)), read_physics(files.found(case) / "baseline.yaml"))
+        said = sparse_effects(bundle, calibrated)
     except NotConverged:
         return Sparse(named=None, heldout_mm=None, seconds=_since(began))
     off_mm = None if said.heldout_m is None else 1e3 * said.heldout_m
     return Sparse(named=said.effects, heldout_mm=off_mm, seconds=_since(began))
 
 
-def ask_generic(files: Files, case: str) -> Generic:
+def ask_generic(bundle: Bundle, calibrated: ClothPhysics) -> Generic:
     """A residual without a name, fitted to a case."""
     began = time.monotonic()
-    off_m = heldout_m(read_bundle(files.bundle(case)), read_physics(files.found(case) / "baseline.yaml"))
+    off_m = heldout_m(bundle, calibrated)
     return Generic(heldout_mm=None if off_m is None else 1e3 * off_m, seconds=_since(began))
 
 
