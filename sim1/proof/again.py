@@ -44,10 +44,4 @@ class Films:
     def _film(self, case: str, again: Files) -> None:
         asked = dict(zip(case_names(len(self.drawn.cases)), self.drawn.cases, strict=True))[case]
         laboratory = Laboratory(command=self.drawn.laboratory, home=self.home)
-        try:
-            laboratory.film(asked, again.bundle(case), again.unseen(case), again.answers(case), self.processes)
-        except NotDone:
-            raise
-        except BaseException:  # a laboratory that nobody waits for must not go on
-            self.processes.stop()
-            raise
+        laboratory.film(asked, again.bundle(case), again.unseen(case), again.answers(case), self.processes)

@@ -68,6 +68,11 @@ class Processes:
             _end(process)
             process.communicate()
             raise NotDone(f"ran longer than {limit_s:.0f} s and was ended") from None
+        except BaseException:  # Ctrl-C where nobody else is there to call `stop`
+            _end(process)
+            process.wait()
+            process.stdout.close()
+            raise
         finally:
             with self._lock:
                 self._running.discard(process)

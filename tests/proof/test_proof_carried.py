@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import signal
 
 import pytest
 from proof_stand_ins import campaign, films, notes
@@ -87,6 +88,20 @@ def test_another_film_than_the_one_that_was_committed_to_is_told_and_not_asked(e
     ask_oracle(films(elsewhere, said.append), rewrite(elsewhere.files).outcomes)
     assert "case_001: not asked" in said[-1]
     assert "no light" in said[-1]
+
+
+def test_ctrl_c_ends_the_laboratory_that_films_again(elsewhere, monkeypatch):
+    laboratory, asked = elsewhere.home / "laboratory.py", []
+    laboratory.write_text("import time; time.sleep(600)")
+
+    def interrupted(process, *args, **kwargs):
+        asked.append(process)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("subprocess.Popen.communicate", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        ask_oracle(films(elsewhere, lambda line: None), rewrite(elsewhere.files).outcomes)
+    assert [process.returncode for process in asked] == [-signal.SIGKILL]
 
 
 def test_simpler_methods_are_asked_elsewhere_where_the_calibrated_baseline_came_along(elsewhere, monkeypatch):
