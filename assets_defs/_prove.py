@@ -96,7 +96,8 @@ def prove(
     except Taken as taken:
         stop(f"{out}: process {taken.holder} works on this campaign; wait for it or end it")
     except KeyboardInterrupt:
-        typer.secho(f"stopped; `sim1 prove --out {out}` goes on where it was", err=True)
+        again = [*(["--oracle"] if oracle else []), *(["--baselines"] if baselines else []), "--out", str(out)]
+        typer.secho(f"stopped; `sim1 prove {' '.join(again)}` goes on where it was", err=True)
         raise typer.Exit(130) from None
     from sim1.proof.page import said
 

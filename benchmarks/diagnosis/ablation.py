@@ -27,7 +27,7 @@ from sim1.mismatch.screen import screen, site_of
 from sim1.mismatch.search import Unknowns, baseline
 from sim1.mismatch.thresholds import THRESHOLDS
 from sim1.proof.answers import kind_of
-from sim1.proof.score import is_right
+from sim1.proof.outcome import is_right
 from sim1.recording.bundle import Bundle
 
 COLUMNS = ("whole", "no veto", "nothing measured", "screening alone", "not orthogonal")

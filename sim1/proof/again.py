@@ -7,7 +7,7 @@ from pathlib import Path
 from sim1.proof.files import Drawn, Files, case_names
 from sim1.proof.laboratory import Laboratory, filmed
 from sim1.proof.processes import NotDone, Processes
-from sim1.proof.seal import check_committed
+from sim1.proof.seal import check, read_commitments
 from sim1.stage import BadInput
 
 
@@ -29,13 +29,13 @@ class Films:
         if not self.files.carried(case):
             return self.files
         again = self.files.again
-        answers = again.answers(case)
         try:
-            if not filmed(again.bundle(case), again.unseen(case), answers):
+            if not filmed(again.bundle(case), again.unseen(case), again.answers(case)):
                 self.tell(f"{case}: filming again, as its films stayed behind")
                 self._film(case, again)
-            arrays = answers.with_suffix(".npz")
-            check_committed(again.root, case, [answers, arrays], told_in=self.files.root)
+            for commitment in read_commitments(self.files.root):
+                if commitment.of == case:  # there is one: else the case would not be scored
+                    check(again.root, commitment)
         except (NotDone, BadInput) as error:
             self.tell(f"{case}: not asked, as it cannot be filmed again as it was ({error})")
             return None

@@ -10,7 +10,7 @@ from scipy.stats import CensoredData, gumbel_r, norm, rv_continuous
 
 from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.thresholds import SCHEMA, Measured, Null
-from sim1.proof.score import Outcome
+from sim1.proof.outcome import Outcome
 from sim1.stage import BadInput, random_stream
 
 LEVEL = 0.05  # share of bundles with nothing missing that may exceed any of the thresholds, which share it evenly

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from sim1.cloth.effects import EFFECTS
 from sim1.cloth.effects.coefficient import Coefficient
-from sim1.proof.score import Number
+from sim1.proof.outcome import Number
 
 
 def effect_errors(effect: str, numbers: Mapping[str, Number]) -> list[float]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from sim1.mismatch.strict_json import Strict
-from sim1.proof.score import Outcome, is_right, or_infinite
+from sim1.proof.outcome import Outcome, is_right, or_infinite
 from sim1.proof.totals import Share, median, share_of
 
 WITHOUT = {"null": "none", "outside": "unknown"}  # the right answers that are no names

@@ -11,7 +11,7 @@ from sim1.cloth.physics import ClothPhysics
 from sim1.proof.again import Films
 from sim1.proof.answers import REMEDY, Answers, read_answers, read_courses
 from sim1.proof.files import Files, Oracle, write_whole
-from sim1.proof.score import Outcome
+from sim1.proof.outcome import Outcome
 from sim1.proof.unseen import motions_of, off_m
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.stage import BadInput
@@ -31,7 +31,7 @@ def ask_oracle(films: Films, outcomes: tuple[Outcome, ...]) -> None:
     files = films.files
     asked = [one for one in outcomes if one.kind in ("single", "several") and one.found]
     for number, one in enumerate(asked, start=1):
-        if one.oracle_s is not None or files.oracle(one.case).is_file() or (filmed := films.of(one.case)) is None:
+        if one.oracle_s is not None or (filmed := films.of(one.case)) is None:
             continue
         began = time.monotonic()
         fabric = {name: n.true for name, n in one.found.fabric.items() if n.true is not None}

@@ -13,7 +13,8 @@ from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.found_seal import Diagnosed, check_found, diagnosed
 from sim1.proof.ledger import Begun, Commitment, Ended, read_lines
 from sim1.proof.methods import Method, methods_of
-from sim1.proof.score import OtherCode, Outcome, asked_besides, is_right, score
+from sim1.proof.outcome import Outcome, is_right
+from sim1.proof.score import OtherCode, asked_besides, score
 from sim1.proof.seal import check_committed, covers_films, read_commitments
 from sim1.proof.totals import Confusion, Totals, confusion_of, totals_of
 from sim1.stage import BadInput

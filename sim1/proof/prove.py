@@ -5,9 +5,9 @@ from contextlib import closing
 
 from sim1.proof.campaign import Campaign, run_campaign
 from sim1.proof.files import Record
+from sim1.proof.outcome import Outcome
 from sim1.proof.proof import NotScored, Proof, judge, keep
 from sim1.proof.report import rewrite, write_proof
-from sim1.proof.score import Outcome
 
 
 def prove(campaign: Campaign, *, only_films: bool = False) -> Proof:

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from sim1.proof.campaign import lost_record, read_record
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
+from sim1.proof.outcome import Outcome
 from sim1.proof.page import write_page
 from sim1.proof.proof import NotScored, Proof, judge, keep, proof_of
-from sim1.proof.score import Outcome
 from sim1.proof.start import read_campaign
 from sim1.stage import BadInput
 

@@ -4,10 +4,9 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 from sim1.mismatch.summary import SCHEMA, read_summary
@@ -15,125 +14,12 @@ from sim1.mismatch.verdict import Verdict, read_verdict
 from sim1.proof.answers import Answers, kind_of, read_answers, read_courses
 from sim1.proof.draw import Case
 from sim1.proof.files import Baselines, Files, Oracle, Record
+from sim1.proof.outcome import Found, Number, Outcome, is_right
 from sim1.proof.ranking import BASELINE, first_single, least_misfit, over_limit
 from sim1.proof.unseen import MODELS, motions_of, off_mm
 from sim1.stage import BadInput
 
 FABRIC = ("area_density_kg_m2", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
-WORTH = 0.05  # of the baseline's held-out error: where an oracle gains less, there was nothing to recover
-
-
-class Number(Strict):
-    """A coefficient and its 95 % interval; `true` is None where nothing of that name was concealed."""
-
-    value: float
-    low: float
-    high: float
-    unit: str
-    true: float | None
-
-    @property
-    def holds(self) -> bool:
-        """Whether the interval holds the truth."""
-        return self.true is not None and self.low <= self.true <= self.high
-
-
-class Found(Strict):
-    """What a diagnosis that came to an end wrote."""
-
-    first: str | None  # of the ranking's models with one effect, the best
-    gains: dict[str, float]  # of the ranked models over the baseline, nats
-    worths: dict[str, float]  # of that, where evidence that counts the same error again and again counts it once
-    least_misfit: tuple[str, ...]  # effects of the ranked model that fits best, at any price
-    effects: dict[str, dict[str, Number]]  # of the verdict
-    fabric: dict[str, Number]
-    misfit: tuple[float, float]  # baseline, chosen: mean squared residual in units of noise and mesh error
-    misfit_alone: float  # of the baseline, in the recording with the largest
-    table: bool  # whether cloth could lie on one
-    fit_mm: tuple[float | None, float | None]  # rmse before and after what was added, from rest and drives alone
-    heldout_mm: tuple[float | None, float | None]  # None: no simulation follows all of it
-    spoken_for: tuple[str, ...] | None = (
-        None  # names that motion held out decided for; None: scored before this was told
-    )
-    established: tuple[str, ...] | None = (
-        None  # ranked models of which recordings agree that they are there; None: scored before this was told
-    )
-    steady: tuple[str, ...] | None = None  # those of them that are also asked for alike from second to second
-    place_auc: float | None  # None: force was concealed nowhere or everywhere
-    over_limit: dict[
-        str, float
-    ]  # concealed effect -> its strength in units of that from which it should show, where it can be told
-
-
-class Outcome(Strict):
-    """What became of one case."""
-
-    case: str
-    kind: Literal["null", "outside", "several", "single"]
-    concealed: dict[str, dict[str, float]]  # effect -> its true parameters
-    strength: str
-    seed: int
-    places_given: bool
-    verdict: Literal["none", "named", "ambiguous", "unknown", "failed"]
-    named: tuple[str, ...]  # the verdict's effects, by name
-    right: bool
-    error: str | None  # why the diagnosis failed
-    seconds: float
-    code_sha256: str
-    code_changed: bool
-    found: Found | None  # None: failed
-    unseen_mm: tuple[float | None, float | None] | None = (
-        None  # on motions that no diagnosis was given, before and after; None: not filmed; a None in it: not foretold
-    )
-    not_foretold: dict[str, str] = pydantic.Field(default_factory=dict)  # model, before or after -> why not
-    oracle_mm: float | None = (
-        None  # held out, of a model that was told the effects; None: not asked, or it found no way
-    )
-    oracle_unseen_mm: float | None = None  # the same on motions that no diagnosis was given
-    oracle_s: float | None = None  # None: not asked
-    oracle_lost: dict[str, str] = pydantic.Field(default_factory=dict)  # as `Oracle.lost`
-    baselines: Baselines | None = None  # None: not asked
-
-    @property
-    def gap_closed(self) -> float | None:
-        """Share of what the oracle gains held out that the diagnosis gained; None where there was next to nothing to gain."""
-        return self.gap_closed_by(or_infinite(self.found.heldout_mm[1])) if self.found else None
-
-    @property
-    def unseen_gap_closed(self) -> float | None:
-        """The same on motions that no diagnosis was given."""
-        before, after = self.unseen_mm or (None, None)
-        return _share_gained(before, or_infinite(after), self.oracle_unseen_mm)
-
-    @property
-    def heldout_lost(self) -> bool:
-        """Whether no simulation follows held-out motion with what was added, though one does without: infinitely far off."""
-        return self.found is not None and _lost(self.found.heldout_mm)
-
-    @property
-    def unseen_lost(self) -> bool:
-        """The same of motions that no diagnosis was given."""
-        return self.unseen_mm is not None and _lost(self.unseen_mm)
-
-    def gap_closed_by(self, after_mm: float) -> float | None:
-        """The same of any other method's error held out; without end where that is infinite."""
-        return _share_gained(self.found.heldout_mm[0], after_mm, self.oracle_mm) if self.found else None
-
-
-def or_infinite(error_mm: float | None) -> float:
-    """An error of a model that there is: one with which no simulation finds its way is infinitely far off; left out, harm would count as nothing."""
-    return math.inf if error_mm is None else error_mm
-
-
-def _lost(errors_mm: tuple[float | None, float | None]) -> bool:
-    return errors_mm[0] is not None and errors_mm[1] is None
-
-
-def _share_gained(before: float | None, after: float, oracle: float | None) -> float | None:
-    """Of what an oracle gains; None where that is not known or next to nothing."""
-    if before is None or oracle is None or before - oracle < WORTH * before:
-        return None
-    return (before - after) / (before - oracle)
 
 
 class OtherCode(BadInput):
@@ -223,15 +109,6 @@ def _schema(path: Path) -> str:
 
 def _asked[T: Strict](path: Path, kind: type[T]) -> T | None:
     return read_json(path, kind, "remove it and ask again") if path.is_file() else None
-
-
-def is_right(kind: str, concealed: tuple[str, ...], verdict: str, named: tuple[str, ...]) -> bool:
-    """Whether the verdict is the one that was asked for: all names and no other, or no name where none fits."""
-    if kind == "null":
-        return verdict == "none"
-    if kind == "outside":
-        return verdict in ("unknown", "ambiguous")
-    return verdict == "named" and sorted(named) == sorted(concealed)
 
 
 def _found(files: Files, case: str, answers: Answers, courses: Mapping[str, np.ndarray]) -> tuple[Verdict, Found]:

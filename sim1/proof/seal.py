@@ -45,22 +45,18 @@ def check(root: Path, commitment: Commitment, *, films: bool = True) -> None:
     check_files(root, asked, f"committed to at {commitment.at}", folders)
 
 
-def check_committed(
-    root: Path, of: str, answers: Sequence[Path], *, films: bool = True, told_in: Path | None = None
-) -> None:
+def check_committed(root: Path, of: str, answers: Sequence[Path], *, films: bool = True) -> None:
     """See that just these answers were committed to, and that they and the films committed to with them are unchanged.
 
-    A commitment of earlier code is to answers alone (`covers_films`): of its films nothing can be checked. The commitment is one
-    of the campaign in `told_in`, where that is another folder.
+    A commitment of earlier code is to answers alone (`covers_films`): of its films nothing can be checked.
 
     Raises:
         BadInput: no commitment, one to other answers, or a file that has changed or is gone; it is named.
     """
-    ledger = told_in or root
-    known = next((one for one in read_commitments(ledger) if one.of == of), None)
+    known = next((one for one in read_commitments(root) if one.of == of), None)
     names = {path.relative_to(root).as_posix() for path in answers}
     if known is None or {name for name in known.sha256 if not name.startswith(FILMS)} != names:
-        raise BadInput(f"{answers[0]}: {ledger / NAME} holds no commitment to it; restore that file")
+        raise BadInput(f"{answers[0]}: {root / NAME} holds no commitment to it; restore that file")
     check(root, known, films=films)
 
 

@@ -8,7 +8,7 @@ from scipy.stats import binomtest
 from sim1.clustered_share import clustered_interval
 from sim1.mismatch.strict_json import Strict
 from sim1.proof.errors import effect_errors, relative_error
-from sim1.proof.score import Outcome, or_infinite
+from sim1.proof.outcome import Outcome, or_infinite
 
 WORSE = 0.02  # of the baseline's error: a rise beyond it is told
 NAMELESS = ("none", "unknown", "ambiguous", "failed")  # columns of the confusion matrix that are no names

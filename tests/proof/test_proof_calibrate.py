@@ -11,7 +11,7 @@ from pipeline.home import REPOSITORY
 from sim1.data_file import read_data_file
 from sim1.mismatch.thresholds import FILE, SCHEMA, THRESHOLDS, Measured, read_thresholds
 from sim1.proof.calibrate import calibrated, largest, level_of, tail_of, write_thresholds
-from sim1.proof.score import Outcome
+from sim1.proof.outcome import Outcome
 from sim1.stage import BadInput
 
 GAINS = gumbel_r.rvs(10.0, 12.0, size=60, random_state=0)

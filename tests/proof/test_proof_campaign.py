@@ -231,7 +231,7 @@ def _until(true, seconds=30.0):
 
 def test_the_oracle_is_asked_once_of_what_has_effects_of_the_table_and_was_diagnosed(tmp_path, monkeypatch):
     made = campaign(tmp_path, (DRAG, NULL, STRANGE, SHRUNK, PAIR))
-    outcomes = prove(made).outcomes
+    prove(made)
     asked, said = [], []
 
     def told(bundle, effects, fabric):
@@ -250,7 +250,7 @@ def test_the_oracle_is_asked_once_of_what_has_effects_of_the_table_and_was_diagn
     monkeypatch.setattr("sim1.proof.oracle.heldout_m", told)
     monkeypatch.setattr("sim1.mismatch.predict.predict", foretold)
     for _ in range(2):
-        ask_oracle(films(made, said.append), outcomes)
+        ask_oracle(films(made, said.append), rewrite(made.files).outcomes)
     assert asked == [("case_001", ["air_drag"], {"poisson": 0.3}), ("case_005", ["adhesion", "wind"], {"poisson": 0.3})]
     scored = {one.case: one for one in rewrite(made.files).outcomes}
     assert scored["case_001"].oracle_mm == pytest.approx(0.5)

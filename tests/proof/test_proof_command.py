@@ -45,3 +45,19 @@ def test_a_command_films_commits_and_starts_the_real_diagnosis_which_refuses_a_b
     again = prove(*words)
     assert again.exit_code == 2
     assert "leave out --cases-file, --laboratory" in again.output
+
+
+def test_an_interruption_says_how_to_go_on_with_what_was_asked(tmp_path, monkeypatch):
+    laboratory = write_programs(tmp_path)["laboratory"]
+    (tmp_path / "cases.yaml").write_text("- {effects: [none], seed: 7}\n")
+    out = tmp_path / "out"
+    prove("--cases-file", tmp_path / "cases.yaml", "--laboratory", shlex.join(laboratory), "--out", out, "--only-films")
+
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("sim1.proof.oracle.ask_oracle", interrupted)
+    said = prove("--oracle", "--out", out)
+    assert said.exit_code == 130
+    assert f"`sim1 prove --oracle --out {out}` goes on" in said.output
+    assert not (out / "found").exists()

@@ -7,7 +7,7 @@ import pytest
 
 from sim1.proof.answers import read_answers
 from sim1.proof.errors import effect_errors, relative_error
-from sim1.proof.score import Number
+from sim1.proof.outcome import Number
 from sim1.stage import BadInput
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from sim1.mismatch.summary import Shown
+from sim1.proof.outcome import Found, Number, Outcome, is_right
 from sim1.proof.page import said
 from sim1.proof.place import NOTHING_N_M2, place_auc
 from sim1.proof.ranking import over_limit
-from sim1.proof.score import Found, Number, Outcome, is_right
 from sim1.proof.totals import confusion_of, share_by_case, share_of, totals_of
 from sim1.statistics import wilson_interval
 

@@ -10,7 +10,7 @@ from sim1.proof.again import Films
 from sim1.proof.baselines.residual import heldout_m
 from sim1.proof.baselines.sindy import pysindy_stlsq, sparse_effects
 from sim1.proof.files import Baselines, Files, Generic, Sparse, write_whole
-from sim1.proof.score import Outcome
+from sim1.proof.outcome import Outcome
 from sim1.recording.bundle import Bundle, read_bundle
 
 
