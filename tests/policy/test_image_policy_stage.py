@@ -187,6 +187,16 @@ def test_a_run_that_was_killed_anywhere_ends_with_the_same_bytes(world, made, tm
     assert contents(tmp_path / "out") == contents(made[0])
 
 
+def test_networks_that_were_trained_on_a_gpu_are_said_to_be_wherever_the_run_ends(world, made, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(made[0], out)
+    config = out / "policies" / "0" / "config.json"
+    config.write_text(json.dumps(json.loads(config.read_text()) | {"device": "cuda"}))
+    facts = world.make(out)  # killed on a machine with a GPU after the training, gone on with here
+    assert json.loads((out / "image_policy.json").read_text())["device"] == "cuda"
+    assert facts["policy"].endswith("on cuda")
+
+
 def test_a_training_that_began_from_published_weights_does_not_go_on_from_others(world, made, tmp_path):
     published, folder = tmp_path / "published", tmp_path / "policies"
     shutil.copytree(made[0] / "policies" / "0", published)

@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import io
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -128,6 +129,19 @@ def save(folder: Path, trained: Trained) -> None:
     trained.policy.save_pretrained(folder)
     trained.prepare.save_pretrained(folder)
     trained.restore.save_pretrained(folder)
+
+
+def trained_on(folder: Path) -> str:
+    """Torch's name of the device on which the policy that `save` wrote was trained; what this machine has is no matter.
+
+    Raises:
+        BadInput: the configuration is missing or damaged.
+    """
+    path = folder / "config.json"
+    try:
+        return str(json.loads(path.read_text())["device"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BadInput(f"{path}: does not say on what it was trained ({error}); make image_policy again") from error
 
 
 def load(folder: Path, device: str) -> Trained:

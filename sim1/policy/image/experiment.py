@@ -16,7 +16,7 @@ from lerobot.configs import PreTrainedConfig
 from sim1.picture_file import save_figure
 from sim1.policy.counting import read_table
 from sim1.policy.episodes import read_rate_hz
-from sim1.policy.image.build import load, policy_config
+from sim1.policy.image.build import load, policy_config, trained_on
 from sim1.policy.image.clips import Clip, Parts, clips_of, split_clips
 from sim1.policy.image.exam import Exam
 from sim1.policy.image.frames import looks_back, read_features, training_statistics
@@ -94,14 +94,15 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
             _make(course, parts, out, config)
     losses, errors = (read_table(out / name) for name in (LOSSES, ERRORS))
     points = measure(errors, config.seed)
-    trained = load(out / POLICIES / str(config.seeds[0]), device)
+    folders = [out / POLICIES / str(seed) for seed in config.seeds]
+    trained = load(folders[0], device)
     about = {
         "schema": SCHEMA,
         "policy": config.policy,
         "title": file.title,
         "type": settings.type,
         "size": config.size,
-        "device": device,
+        "device": " and ".join(sorted({trained_on(folder) for folder in folders})),  # a run may end elsewhere
         "parameter_count": sum(item.numel() for item in trained.policy.parameters()),
         "inputs": sorted(settings.input_features),
         "weights_sha256": (out / BEGUN_FROM).read_text() if weights else None,
