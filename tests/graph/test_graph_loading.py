@@ -185,7 +185,7 @@ def test_an_unknown_setting_is_refused_with_stage_and_key():
     [
         ("rendered_episodes", {"workers": 3, "threads": 2}, {"samples": 9}),
         ("policy", {"processes": 3}, {"trial_count": 9}),
-        ("image_policy", {"workers": 3, "checkpoint_s": 7.0, "processes": 3}, {"batch": 9}),
+        ("image_policy", {"workers": 3, "checkpoint_s": 7.0, "processes": 3, "kept_mib": 0}, {"batch": 9}),
         ("image_trials", {"processes": 3}, {"trial_count": 9}),
     ],
 )

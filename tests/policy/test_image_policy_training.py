@@ -13,7 +13,7 @@ from sim1.dataset.keypoints import KEYPOINTS
 from sim1.policy.image.build import load, policy_config, processors, save
 from sim1.policy.image.checkpoint import HALF
 from sim1.policy.image.clips import split_clips
-from sim1.policy.image.frames import open_frames, read_features, seen_by, training_statistics
+from sim1.policy.image.frames import KeptFrames, open_frames, read_features, seen_by, training_statistics
 from sim1.policy.image.policy_file import PolicyFile
 from sim1.policy.image.training import TrainingPlan, train
 from sim1.progress import listening
@@ -94,6 +94,33 @@ def test_privileged_columns_never_reach_the_policy(dataset, config, episodes):
     assert set(seen_by(config, batch)) == {
         "observation.images.head", "observation.state", "action", "action_is_pad", "task",
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("room_frames", [0, 3, 1000])
+def test_frames_that_are_kept_are_those_that_were_read(dataset, config, episodes, room_frames, monkeypatch):
+    frames = open_frames(dataset, episodes, config)
+    kept = KeptFrames(frames, room_frames * frames[0]["observation.images.head"].numel())
+    plain, reads = [frames[index] for index in range(6)], []
+    read = type(frames).__getitem__
+    monkeypatch.setattr(type(frames), "__getitem__", lambda self, index: (reads.append(index), read(self, index))[1])
+    for _ in range(2):
+        for index, expected in enumerate(plain):
+            found = kept[index]
+            assert found.keys() == expected.keys()
+            for name, value in expected.items():
+                assert found[name].equal(value) if isinstance(value, torch.Tensor) else found[name] == value
+    assert reads == [*range(6), *range(room_frames, 6)]
+
+
+def test_a_policy_is_the_same_whether_frames_are_kept_or_read_again(tmp_path, dataset, config, episodes):
+    several = replace(PLAN, steps=12)  # more frames than there are: some come a second time
+    found = [
+        digests(
+            tmp_path / str(mib), fit(dataset, config, episodes, tmp_path / str(mib), replace(several, kept_mib=mib))[0]
+        )
+        for mib in (0, 64)
+    ]
+    assert found[0] == found[1]
 
 
 def test_the_loss_falls_and_the_saved_policy_is_the_trained_one(tmp_path, dataset, config, episodes):

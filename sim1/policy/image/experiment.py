@@ -73,6 +73,7 @@ def run_experiment(inputs: Inputs, out: Path, config: ImagePolicyConfig) -> Fact
             seed=config.seed,
             workers=config.workers,
             checkpoint_s=config.checkpoint_s,
+            kept_mib=config.kept_mib,
         ),
         seeds=config.seeds,
         exam=Exam(

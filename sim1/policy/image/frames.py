@@ -83,13 +83,48 @@ def training_statistics(dataset: Path, episodes: Sequence[int]) -> Statistics:
     return {feature: dict(sorted(whole[feature].items())) for feature in sorted(whole)}
 
 
-def loader(frames: LeRobotDataset, **options: Any) -> torch.utils.data.DataLoader:
+class KeptFrames(torch.utils.data.Dataset):
+    """Frames that are read, and their videos decoded, once: afterwards they come from memory, the same to the bit.
+
+    Pictures are kept as the bytes of which lerobot makes numbers from 0 to 1. What finds no room is read again each time.
+    Every process that loads frames keeps its own.
+    """
+
+    def __init__(self, frames: LeRobotDataset, room_bytes: int) -> None:
+        self._frames, self._room_bytes = frames, room_bytes
+        self._kept: dict[int, tuple[Batch, dict[str, torch.Tensor]]] = {}
+
+    def __len__(self) -> int:
+        return len(self._frames)
+
+    def __getitem__(self, index: int) -> Batch:
+        if index in self._kept:
+            rest, pictures = self._kept[index]
+            return rest | {name: picture.float() / 255 for name, picture in pictures.items()}
+        frame = self._frames[index]
+        pictures = {name: _as_bytes(frame[name]) for name in self._frames.meta.camera_keys}
+        size = sum(picture.nbytes for picture in pictures.values())  # beside which the rest is small
+        if size <= self._room_bytes:
+            self._room_bytes -= size
+            self._kept[index] = {name: value for name, value in frame.items() if name not in pictures}, pictures
+        return frame
+
+
+def loader(frames: torch.utils.data.Dataset, **options: Any) -> torch.utils.data.DataLoader:
     """Batches of frames; a generator of its own keeps torch's random state out of it, so that a resumed run draws the same.
 
     Worker processes, where `options` ask for some, are spawned: a fork of a process that has decoded videos may hang.
     """
     context = "spawn" if options.get("num_workers") else None
     return torch.utils.data.DataLoader(frames, generator=torch.Generator(), multiprocessing_context=context, **options)
+
+
+def _as_bytes(picture: torch.Tensor) -> torch.Tensor:
+    """Raises RuntimeError where a picture's numbers are none of a video's 256: lerobot would read videos otherwise."""
+    packed = (255 * picture).round().to(torch.uint8)
+    if not torch.equal(packed.float() / 255, picture):
+        raise RuntimeError("a picture of the dataset is not of bytes divided by 255")
+    return packed
 
 
 def _unflattened(row: Mapping[str, Any]) -> Statistics:

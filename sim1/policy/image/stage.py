@@ -22,9 +22,10 @@ class ImagePolicyConfig:
     batch: int = Field(8, gt=0)  # frames per step
     chunk_s: float = Field(1.0, gt=0)  # commands predicted, and compared, at once
     device: Literal["auto", "cpu", "gpu"] = "auto"  # auto takes a GPU where there is one; gpu is not deterministic
-    # These three change no byte of the policies, and so are no part of the recipe.
+    # These four change no byte of the policies, and so are no part of the recipe.
     processes: int = Field(0, ge=0, exclude=True)  # networks at once; 0: one per core, or one where there is a GPU
     workers: int = Field(0, ge=0, exclude=True)  # processes that decode videos; 0 decodes between the steps
+    kept_mib: int = Field(512, ge=0, exclude=True)  # of decoded pictures, for each of these processes or networks
     checkpoint_s: float = Field(60.0, ge=0, exclude=True)  # a killed training loses at most that much
     evaluate_every: int = Field(
         1, ge=1

@@ -18,7 +18,7 @@ from torch.optim import Optimizer
 
 from sim1.policy.image.build import Trained, new_policy, processors
 from sim1.policy.image.checkpoint import load_checkpoint, save_checkpoint
-from sim1.policy.image.frames import Batch, Statistics, loader, open_frames, seen_by
+from sim1.policy.image.frames import Batch, KeptFrames, Statistics, loader, open_frames, seen_by
 from sim1.policy.training import one_thread
 from sim1.progress import report
 
@@ -34,6 +34,7 @@ class TrainingPlan:
     seed: int
     workers: int = 0  # processes that decode videos; the frames come in the same order
     checkpoint_s: float = 60.0  # between two checkpoints
+    kept_mib: int = 0  # of decoded pictures, in each process that decodes
 
 
 def train(
@@ -104,7 +105,7 @@ def _batches(frames: LeRobotDataset, plan: TrainingPlan, first_step: int) -> Ite
     )
     sampler.load_state_dict(compute_sampler_state(first_step, len(sampler), plan.batch, num_processes=1))
     batches = loader(
-        frames,
+        KeptFrames(frames, plan.kept_mib * 2**20),
         batch_size=plan.batch,
         sampler=sampler,
         num_workers=plan.workers,
