@@ -86,8 +86,8 @@ def training_statistics(dataset: Path, episodes: Sequence[int]) -> Statistics:
 class KeptFrames(torch.utils.data.Dataset):
     """Frames that are read, and their videos decoded, once: afterwards they come from memory, the same to the bit.
 
-    Pictures are kept as the bytes of which lerobot makes numbers from 0 to 1. What finds no room is read again each time.
-    Every process that loads frames keeps its own.
+    A picture of numbers from 0 to 1 is kept as the bytes that lerobot made these of, any other as it is. What finds no
+    room is read again each time. Every process that loads frames keeps its own.
     """
 
     def __init__(self, frames: LeRobotDataset, room_bytes: int) -> None:
@@ -102,11 +102,15 @@ class KeptFrames(torch.utils.data.Dataset):
             rest, pictures = self._kept[index]
             return rest | {name: picture.float() / 255 for name, picture in pictures.items()}
         frame = self._frames[index]
-        pictures = {name: _as_bytes(frame[name]) for name in self._frames.meta.camera_keys}
-        size = sum(picture.nbytes for picture in pictures.values())  # beside which the rest is small
-        if size <= self._room_bytes:
-            self._room_bytes -= size
-            self._kept[index] = {name: value for name, value in frame.items() if name not in pictures}, pictures
+        if self._room_bytes > 0:
+            pictures = {name: found for name, value in frame.items() if (found := _as_bytes(value)) is not None}
+            rest = {name: value for name, value in frame.items() if name not in pictures}
+            size = sum(
+                value.nbytes for value in (*rest.values(), *pictures.values()) if isinstance(value, torch.Tensor)
+            )
+            if size <= self._room_bytes:
+                self._room_bytes -= size
+                self._kept[index] = rest, pictures
         return frame
 
 
@@ -119,12 +123,12 @@ def loader(frames: torch.utils.data.Dataset, **options: Any) -> torch.utils.data
     return torch.utils.data.DataLoader(frames, generator=torch.Generator(), multiprocessing_context=context, **options)
 
 
-def _as_bytes(picture: torch.Tensor) -> torch.Tensor:
-    """Raises RuntimeError where a picture's numbers are none of a video's 256: lerobot would read videos otherwise."""
-    packed = (255 * picture).round().to(torch.uint8)
-    if not torch.equal(packed.float() / 255, picture):
-        raise RuntimeError("a picture of the dataset is not of bytes divided by 255")
-    return packed
+def _as_bytes(value: Any) -> torch.Tensor | None:
+    """Bytes that say the same as a picture's numbers from 0 to 1, (..., channels, rows, columns); None of anything else."""
+    if not isinstance(value, torch.Tensor) or value.dtype != torch.float32 or value.ndim < 3:
+        return None
+    packed = (255 * value).round().to(torch.uint8)
+    return packed if torch.equal(packed.float() / 255, value) else None
 
 
 def _unflattened(row: Mapping[str, Any]) -> Statistics:
