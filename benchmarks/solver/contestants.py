@@ -1,6 +1,5 @@
 """The solvers under comparison, each made to hold a corner, pull it and say where the cloth is."""
 
-import time
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
@@ -54,15 +53,15 @@ class Run(Protocol):
         ...
 
 
-def start(contestant: Contestant, cloth: scenes.Cloth) -> Run:
-    """The pull of `cloth` by a contestant, at its beginning."""
+def start(contestant: Contestant, cloth: scenes.Cloth, device: str = "cpu") -> Run:
+    """The pull of `cloth` by a contestant, at its beginning; MuJoCo has no device."""
     dt_s = 1.0 / contestant.steps_per_s
     if contestant.kind.startswith("MuJoCo"):
         from benchmarks.solver.mujoco_run import MujocoRun
 
         return MujocoRun(cloth, dt_s, contestant.kind, contestant.modulus_n_m)
     style3d = contestant.kind == "SolverStyle3D"
-    model = scenes.newton_model(cloth, modulus_n_m=contestant.modulus_n_m, style3d=style3d)
+    model = scenes.newton_model(cloth, modulus_n_m=contestant.modulus_n_m, style3d=style3d, device=device)
     solver = newton_solver(contestant.kind, model, contestant.iterations, max_strain=contestant.max_strain)
     return newton_run.NewtonRun(model, solver, dt_s, scenes.held_in(cloth, 1), graph=not style3d)
 
@@ -126,8 +125,3 @@ def corner_way_m(time_s: float) -> float:
     late = max(time_s - RAMP_S, 0.0)
     early = min(time_s, RAMP_S)
     return SPEED_M_S * (0.5 * early * early / RAMP_S + late)
-
-
-def processor_s() -> float:
-    """Processor seconds of this process."""
-    return time.process_time()

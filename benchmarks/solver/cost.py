@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.solver import contestants, scenes
-from benchmarks.solver.newton_run import NewtonRun
+from benchmarks.solver.newton_run import NewtonRun, now_s
 from benchmarks.solver.stretch import rounded
 
 KINDS = ("SolverAVBD", "SolverVBD")
@@ -16,12 +16,12 @@ PAIRS = 8  # of steps per measurement: 16 steps, a frame of the cell
 ROUNDS = 7
 
 
-def without_contact(count: int = 40, iterations: int = 10, rounds: int = ROUNDS) -> dict[str, Any]:
+def without_contact(count: int = 40, iterations: int = 10, rounds: int = ROUNDS, device: str = "cpu") -> dict[str, Any]:
     """The pulled sheet of `count` x `count` vertices after a tenth of a second of being pulled by each."""
     cloth = scenes.square(count)
     runs = []
     for kind in (*KINDS, FLAT):
-        run = newton_pull(kind, cloth, iterations)
+        run = newton_pull(kind, cloth, iterations, device=device)
         run.advance(30)
         runs.append(run)
     seconds = in_turns([lambda run=run: measured(run) for run in runs], rounds)
@@ -30,7 +30,9 @@ def without_contact(count: int = 40, iterations: int = 10, rounds: int = ROUNDS)
     return found
 
 
-def with_contact(count: int = 32, iterations: int = 10, rounds: int = 5, settle_s: float = 0.6) -> dict[str, Any]:
+def with_contact(
+    count: int = 32, iterations: int = 10, rounds: int = 5, settle_s: float = 0.6, device: str = "cpu"
+) -> dict[str, Any]:
     """A sheet folded over itself on a table, settled; lying there, and sliding at 0.5 m/s.
 
     Both start every measurement from the same positions and build their search trees anew first, as the cell does once in 16
@@ -43,7 +45,7 @@ def with_contact(count: int = 32, iterations: int = 10, rounds: int = 5, settle_
     found: dict[str, Any] = {}
     runs, points = {}, cloth.start_m
     for kind in (*KINDS, FLAT):
-        model = scenes.newton_model(cloth, table=True)
+        model = scenes.newton_model(cloth, table=True, device=device)
         pipeline = newton.CollisionPipeline(model, soft_contact_gap=0.005)
         contacts = pipeline.contacts()
         solver = contestants.newton_solver(kind, model, iterations, layers)
@@ -91,13 +93,13 @@ def measured(run: NewtonRun, pairs: int = PAIRS) -> float:
 def replaced(run: NewtonRun, points: np.ndarray, velocity: np.ndarray | None) -> float:
     """Seconds per step from these positions on, trees built anew."""
     run.place(points, velocity)
-    began = contestants.processor_s()
+    began = now_s(run.model.device)
     if type(run.solver).__name__ == "SolverVBD":
         run.solver.rebuild_bvh(run.states[0])
     else:
         run.solver.rebuild_bvh()
     run.advance(PAIRS)
-    return (contestants.processor_s() - began) / (2 * PAIRS)
+    return (now_s(run.model.device) - began) / (2 * PAIRS)
 
 
 def in_turns(measures: list[Callable[[], float]], rounds: int) -> list[list[float]]:

@@ -1,26 +1,93 @@
-"""Figures of a GPU where warp finds one: the shirt with self-contact, and worlds side by side. Untested where there is none."""
+"""The cloth solver on a GPU beside newton's `SolverVBD` there, and beside itself on that machine's processor.
 
+`python -m benchmarks.solver.gpu` writes `benchmarks/solver_gpu.json`; all figures of it come from one run. Seconds are of the clock
+on the GPU, of the processor (one thread) beside it. Steps are replayed from a graph, so that launching from Python costs nobody
+anything.
+"""
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from benchmarks.solver import contestants, scenes
+from benchmarks.solver import contestants, cost, scenes
+from benchmarks.solver.contestants import Contestant
 from benchmarks.solver.cost import measured, newton_pull
-from benchmarks.solver.newton_run import NewtonRun
-from benchmarks.solver.stretch import rounded
+from benchmarks.solver.newton_run import NewtonRun, now_s
+from benchmarks.solver.stretch import pull, rounded
 
+GPU = "cuda:0"
 FRAME_RATE = 60  # frames per simulated second
 SUBSTEPS = 10  # of a frame: 1/600 s, what the stretch of the pull was measured with
 WORLDS = (1, 16, 64, 256, 1024)
-NOT_MEASURED = "not measured"
+PULL_S = 0.5
+SIDES = (20, 40, 80, 160)
 
 
-def measure() -> dict[str, Any] | str:
-    """All figures, or "not measured" on a machine without a GPU."""
+def main() -> None:
+    """Measure, print, write; what is known so far is written as it comes.
+
+    Raises:
+        SystemExit: warp finds no GPU.
+    """
     import warp as wp
 
     wp.config.log_level = wp.LOG_ERROR
     if not wp.get_cuda_device_count():
-        return NOT_MEASURED
-    return {"shirt": shirt_frames("cuda:0"), "worlds": throughput("cuda:0")}
+        raise SystemExit("warp finds no GPU: nothing to measure here; `python -m benchmarks.solver` needs none")
+    began, path = time.monotonic(), Path(__file__).parents[1] / "solver_gpu.json"
+    document: dict[str, Any] = {
+        "schema": "sim1.benchmarks.solver_gpu/1",
+        "gpu": wp.get_device(GPU).name,
+        "versions": {"warp": wp.config.version},
+        "seconds": "of the clock on the GPU, of the processor (one thread) beside it; of steps alone, replayed from a graph",
+    }
+    for name, measure in SECTIONS.items():
+        document[name] = measure()
+        part = path.with_suffix(".part")
+        part.write_text(json.dumps(document, indent=1) + "\n")
+        part.replace(path)
+        print(f"[{time.monotonic() - began:5.0f} s] {name}: {json.dumps(document[name])}", flush=True)
+
+
+def pulls() -> list[dict[str, Any]]:
+    """The pull of the comparison on the GPU, and ours on the processor: stretch is to be the same, whatever moves at once."""
+    rows = []
+    for cloth, iterations in ((scenes.square(20), 5), (scenes.square(40), 10), (scenes.shirt(), 10)):
+        for kind, device in (("SolverAVBD", GPU), ("SolverAVBD", "cpu"), ("SolverVBD", GPU)):
+            found = pull(Contestant(kind=kind, iterations=iterations), cloth, PULL_S, device=device)
+            rows.append({"device": device, **found.document()})
+    return rows
+
+
+def without_contact() -> list[dict[str, Any]]:
+    """Cost of a step without self-contact by the number of vertices."""
+    return [cost.without_contact(side, rounds=3, device=GPU) for side in SIDES]
+
+
+def with_contact() -> dict[str, Any]:
+    """Cost of a step of the folded sheet, lying and sliding."""
+    return cost.with_contact(rounds=3, device=GPU)
+
+
+def shirt() -> dict[str, dict[str, Any]]:
+    """The shirt with self-contact on the GPU and on the processor."""
+    return {"gpu": shirt_frames(GPU), "processor": shirt_frames("cpu", frames=2)}
+
+
+def worlds() -> list[dict[str, Any]]:
+    """Sheets side by side on the GPU, of both solvers."""
+    return throughput(GPU)
+
+
+SECTIONS: dict[str, Callable[[], Any]] = {
+    "pull": pulls,
+    "cost_without_self_contact": without_contact,
+    "cost_with_self_contact": with_contact,
+    "shirt_with_self_contact": shirt,
+    "worlds": worlds,
+}
 
 
 def shirt_frames(device: str, frames: int = 60, cloth: scenes.Cloth | None = None) -> dict[str, Any]:
@@ -31,17 +98,11 @@ def shirt_frames(device: str, frames: int = 60, cloth: scenes.Cloth | None = Non
     model = scenes.newton_model(cloth, device=device)
     solver = contestants.newton_solver("SolverAVBD", model, 10, layers)
     run = NewtonRun(model, solver, 1.0 / (FRAME_RATE * SUBSTEPS), scenes.held_in(cloth, 1))
-    import time
-
-    import warp as wp
-
-    wp.synchronize()
-    began = time.perf_counter()
+    began = now_s(model.device)
     for _ in range(frames):
         solver.rebuild_bvh()
         run.advance(SUBSTEPS // 2)
-    wp.synchronize()
-    seconds = time.perf_counter() - began
+    seconds = now_s(model.device) - began
     return {
         "vertices": len(cloth.rest_m),
         "iterations": 10,
@@ -52,11 +113,18 @@ def shirt_frames(device: str, frames: int = 60, cloth: scenes.Cloth | None = Non
 
 
 def throughput(device: str, worlds: tuple[int, ...] = WORLDS, side: int = 20) -> list[dict[str, Any]]:
-    """Steps of all worlds together per second, 5 iterations, without self-contact."""
+    """Steps of all worlds together per second, 5 iterations, without self-contact; of both solvers."""
     rows = []
     for count in worlds:
-        run = newton_pull("SolverAVBD", scenes.square(side), 5, worlds=count, device=device)
-        run.advance(5)
-        seconds = sorted(measured(run, 20) for _ in range(3))[1]
-        rows.append({"worlds": count, "vertices_each": side * side, "steps_per_second": rounded(count / seconds, 3)})
+        row: dict[str, Any] = {"worlds": count, "vertices_each": side * side}
+        for kind in cost.KINDS:
+            run = newton_pull(kind, scenes.square(side), 5, worlds=count, device=device)
+            run.advance(5)
+            seconds = sorted(measured(run, 20) for _ in range(3))[1]
+            row[f"steps_per_second_{kind}"] = rounded(count / seconds, 3)
+        rows.append(row)
     return rows
+
+
+if __name__ == "__main__":
+    main()

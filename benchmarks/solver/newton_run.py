@@ -23,6 +23,14 @@ def lead(
         position[held[i]] = start[i] + wp.vec3(way, 0.0, 0.0)
 
 
+def now_s(device: Any) -> float:
+    """Seconds of this process's processor where the device is one; else of the clock, once the device has done all it was told."""
+    if device.is_cpu:
+        return time.process_time()
+    wp.synchronize_device(device)
+    return time.perf_counter()
+
+
 class NewtonRun:
     """Two steps at a time; `seconds` are of the processor where the device is one, else of the clock."""
 
@@ -64,16 +72,13 @@ class NewtonRun:
 
     def advance(self, pairs: int = 1) -> None:
         """Two steps, `pairs` times."""
-        clock = time.process_time if self.model.device.is_cpu else time.perf_counter
-        began = clock()
+        began = now_s(self.model.device)
         for _ in range(pairs):
             if self._graph is None:
                 self._two_steps()
             else:
                 wp.capture_launch(self._graph)
-        if not self.model.device.is_cpu:
-            wp.synchronize_device(self.model.device)
-        self.seconds += clock() - began
+        self.seconds += now_s(self.model.device) - began
         self.steps += 2 * pairs
 
     def points(self) -> np.ndarray:

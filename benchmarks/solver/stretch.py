@@ -22,7 +22,7 @@ class Pull:
     simulated_s: float
     largest: float  # length over rest length of an edge, the largest of the run
     p99: float  # 99th percentile over the edges, the largest of the run
-    seconds_per_step: float
+    seconds_per_step: float  # of the processor; of the clock on a GPU
     times_s: tuple[float, ...]
     stretch: tuple[float, ...]  # largest of all edges at those times
     middle_m: tuple[float, float, float]  # mean of the vertices at the end
@@ -30,7 +30,7 @@ class Pull:
 
     @property
     def seconds_per_simulated_second(self) -> float:
-        """Of the processor."""
+        """Of the processor, or of the clock on a GPU."""
         return self.seconds_per_step * self.contestant.steps_per_s
 
     def document(self) -> dict[str, Any]:
@@ -52,9 +52,11 @@ class Pull:
         }
 
 
-def pull(contestant: Contestant, cloth: Cloth, simulated_s: float, stop_above: float = np.inf) -> Pull:
+def pull(
+    contestant: Contestant, cloth: Cloth, simulated_s: float, stop_above: float = np.inf, device: str = "cpu"
+) -> Pull:
     """Pull `cloth` for `simulated_s`; stop at once when an edge is longer than `stop_above` times its rest length."""
-    run = start(contestant, cloth)
+    run = start(contestant, cloth, device)
     return watch(run, contestant, cloth, simulated_s, stop_above)
 
 

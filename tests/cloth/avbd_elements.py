@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from avbd_sheets import Run
+from avbd_sheets import DEVICE, Run
 
 from sim1.cloth.avbd.buffers import packed
 from sim1.cloth.avbd.elastic import hinge, limit, membrane, refresh_hinge
@@ -80,10 +80,10 @@ class Elements:
         """Forces (n, k, 3) and blocks (n, k, 3, 3)."""
         now: Any = self.solver.now
         now.x.assign(np.ascontiguousarray(x, dtype=np.float32))
-        force = wp.zeros(self.corners.shape, dtype=wp.vec3, device="cpu")
-        block = wp.zeros(self.corners.shape, dtype=wp.mat33, device="cpu")
+        force = wp.zeros(self.corners.shape, dtype=wp.vec3, device=DEVICE)
+        block = wp.zeros(self.corners.shape, dtype=wp.mat33, device=DEVICE)
         inputs = [*self._parts, packed(self.solver.sheet, Sheet), packed(now, Iterate), self._step, force, block]
-        wp.launch(self._kernel, dim=self._dim, inputs=inputs, device="cpu")
+        wp.launch(self._kernel, dim=self._dim, inputs=inputs, device=DEVICE)
         return force.numpy().astype(float), block.numpy().astype(float)
 
 

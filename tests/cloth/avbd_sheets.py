@@ -1,5 +1,9 @@
-"""Builders of small cloths for the solver's tests, and the loops that run them."""
+"""Builders of small cloths for the solver's tests, and the loops that run them.
 
+`SIM1_TEST_DEVICE=cuda:0 pytest tests/cloth` runs them on a GPU.
+"""
+
+import os
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +19,7 @@ from sim1.cloth.effects import Effect  # noqa: E402
 from sim1.cloth.garment import checked_mesh, grid_towel  # noqa: E402
 from sim1.cloth.model import hinge_stiffness  # noqa: E402
 
+DEVICE = os.environ.get("SIM1_TEST_DEVICE", "cpu")
 G = 9.81
 RADIUS = 0.002
 UNLIMITED = {"max_strain": float("inf")}
@@ -65,7 +70,7 @@ def cloth(
         builder.add_ground_plane(cfg=newton.ModelBuilder.ShapeConfig(margin=0.0, **ground))
     add_cloth(builder, points, faces, **material)
     builder.color()
-    return builder.finalize(device="cpu")
+    return builder.finalize(device=DEVICE)
 
 
 def hold(model: Any, held: np.ndarray) -> None:

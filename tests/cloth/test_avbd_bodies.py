@@ -2,7 +2,7 @@ import newton
 import numpy as np
 import pytest
 import warp as wp
-from avbd_sheets import G, Run, add_cloth, hold, square_grid
+from avbd_sheets import DEVICE, G, Run, add_cloth, hold, square_grid
 
 RADIUS_M = 0.02
 
@@ -20,7 +20,7 @@ def ball_and_sheet(
     builder.add_shape_sphere(ball, radius=RADIUS_M, cfg=material)
     add_cloth(builder, points, faces, density=1.0, tri_ke=500.0, tri_ka=500.0, tri_kd=viscosity_n_s_m)
     builder.color()
-    model = builder.finalize(device="cpu")
+    model = builder.finalize(device=DEVICE)
     if held:
         hold(model, np.abs(points[:, :2]).max(axis=1) > 0.0999)
     run = Run(model, 1 / 960, touching=True, moves_bodies=True, iterations=10)

@@ -4,7 +4,7 @@ import newton
 import numpy as np
 import pytest
 import warp as wp
-from avbd_sheets import add_cloth, square_grid
+from avbd_sheets import DEVICE, add_cloth, square_grid
 
 from sim1.cloth.avbd import AVBDConfig, SelfContact, SolverAVBD
 
@@ -58,7 +58,7 @@ def test_a_model_with_springs_is_refused_with_their_number():
         builder.add_spring(0, end, 1.0, 0.0, 0.0)
     builder.color()
     with pytest.raises(ValueError, match="3 springs"):
-        SolverAVBD(builder.finalize(device="cpu"))
+        SolverAVBD(builder.finalize(device=DEVICE))
 
 
 def test_a_model_with_tetrahedra_is_refused_with_their_number():
@@ -68,11 +68,11 @@ def test_a_model_with_tetrahedra_is_refused_with_their_number():
     builder.add_tetrahedron(9, 10, 11, 12)
     builder.color()
     with pytest.raises(ValueError, match="1 tet"):
-        SolverAVBD(builder.finalize(device="cpu"))
+        SolverAVBD(builder.finalize(device=DEVICE))
 
 
 def test_a_model_without_cloth_is_refused():
     builder = newton.ModelBuilder()
     builder.add_particle(wp.vec3(0.0), wp.vec3(0.0), 0.1)
     with pytest.raises(ValueError, match="no triangles"):
-        SolverAVBD(builder.finalize(device="cpu"))
+        SolverAVBD(builder.finalize(device=DEVICE))

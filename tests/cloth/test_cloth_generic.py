@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from avbd_sheets import DEVICE
 from test_cloth_world import CLOTH, PARKED, STRIP, run
 
 from sim1.cloth.config import CellConfig
@@ -14,7 +15,7 @@ from sim1.stage import BadInput
 def hung(solver: str) -> tuple[float, np.ndarray]:
     """Longest edge over its rest length of a heavy, soft strip that hangs for half a second, and its vertices."""
     heavy = CLOTH.with_values(area_density_kg_m2=10.0, stretch_n_m=100.0, poisson=0.0)
-    world = ClothWorld(STRIP, heavy, CellConfig(solver=solver))
+    world = ClothWorld(STRIP, heavy, CellConfig(solver=solver), device=DEVICE)
     up = STRIP.rest_m[:, [2, 1, 0]] + np.array([0, 0, 0.5])
     world.reset(up, PARKED, np.zeros(2))
     world.fix(up[:, 2] > up[:, 2].max() - 1e-6)
@@ -37,7 +38,7 @@ def test_the_same_start_gives_the_same_bytes():
 
 def test_a_sheet_rests_on_the_table_and_is_braked_by_its_friction_if_harder_than_coulomb_says():
     """It comes 0.7 of the way; the cell's own solver is held to the law itself (test_avbd_friction.py)."""
-    world = ClothWorld(STRIP, CLOTH, CellConfig(solver="vbd"))
+    world = ClothWorld(STRIP, CLOTH, CellConfig(solver="vbd"), device=DEVICE)
     world.reset(STRIP.rest_m + np.array([0, 0, 0.002]), PARKED, np.zeros(2))
     run(world, 10)
     assert world.garment_m[:, 2].min() == pytest.approx(0.002, abs=3e-4)
@@ -51,4 +52,4 @@ def test_a_sheet_rests_on_the_table_and_is_braked_by_its_friction_if_harder_than
 def test_named_physics_is_refused_rather_than_left_out_in_silence():
     drag = {"name": "air_drag", "parameters": {"c_normal": {"value": 1.2, "ci95": None, "unit": "1"}}}
     with pytest.raises(BadInput, match=r"solver vbd acts no named physics, and the fabric has air_drag; .*baseline"):
-        ClothWorld(STRIP, replace(CLOTH, effects=(drag,)), CellConfig(solver="vbd"))
+        ClothWorld(STRIP, replace(CLOTH, effects=(drag,)), CellConfig(solver="vbd"), device=DEVICE)

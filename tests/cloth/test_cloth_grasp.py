@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from avbd_sheets import DEVICE
 
 from sim1.cloth.config import CellConfig
 from sim1.cloth.garment import grid_towel
@@ -40,7 +41,7 @@ def smooth(share: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def fold() -> dict[str, np.ndarray]:
-    world = ClothWorld(TOWEL, CLOTH, CellConfig())
+    world = ClothWorld(TOWEL, CLOTH, CellConfig(), device=DEVICE)
     start = TOWEL.rest_m + np.array([0, 0, 0.002])
     world.reset(start, hands(-0.105, 0.08), np.full(2, OPEN_M))
     local, heights = [], []

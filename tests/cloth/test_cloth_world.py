@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from avbd_sheets import DEVICE
 
 from sim1.cloth.config import FRAME_S, GRAVITY_M_S2, CellConfig
 from sim1.cloth.effects import EFFECTS, acts
@@ -38,7 +39,7 @@ PARKED = np.stack([tool(0.3, 0.3, 0.4), tool(0.3, -0.3, 0.4)])
 
 @pytest.fixture(scope="module")
 def world() -> ClothWorld:
-    return ClothWorld(STRIP, CLOTH, CellConfig())
+    return ClothWorld(STRIP, CLOTH, CellConfig(), device=DEVICE)
 
 
 def run(world: ClothWorld, frames: int) -> np.ndarray:
@@ -78,7 +79,7 @@ def test_same_start_gives_the_same_bytes(world):
     first = run(world, 8)
     world.reset(tilted, PARKED, np.zeros(2))
     assert run(world, 8).tobytes() == first.tobytes()
-    other = ClothWorld(STRIP, CLOTH, CellConfig())
+    other = ClothWorld(STRIP, CLOTH, CellConfig(), device=DEVICE)
     other.reset(tilted, PARKED, np.zeros(2))
     assert run(other, 8).tobytes() == first.tobytes()
 
@@ -88,7 +89,7 @@ def test_sliding_cloth_is_braked_by_coulomb_friction_of_the_table(mu):
     physics = ClothPhysics(
         **{name: Property(value=value) for name, value in VALUES.items()}, friction=Friction(table=Property(value=mu))
     )
-    sliding = ClothWorld(STRIP, physics, CellConfig(self_contact=False))
+    sliding = ClothWorld(STRIP, physics, CellConfig(self_contact=False), device=DEVICE)
     sliding.reset(STRIP.rest_m + np.array([0, 0, sliding.config.contact_radius_m]), PARKED, np.zeros(2))
     run(sliding, 3)  # the sheet sinks into the table's penalty, by micrometres: then the table carries its weight
     speed = 1.0
@@ -127,7 +128,7 @@ def test_pinched_strip_is_lifted_and_does_not_slip(world):
 
 def test_hanging_cloth_stretches_under_its_own_weight():
     soft = CLOTH.with_values(stretch_n_m=50.0, poisson=0.0, damping_s=5e-3)
-    hanging = ClothWorld(STRIP, soft, CellConfig(self_contact=False, iterations=150))
+    hanging = ClothWorld(STRIP, soft, CellConfig(self_contact=False, iterations=150), device=DEVICE)
     up = STRIP.rest_m[:, [2, 1, 0]] + np.array([0, 0, 0.5])  # its long side along z
     hanging.reset(up, PARKED, np.zeros(2))
     top = up[:, 2] > up[:, 2].max() - 1e-6
@@ -174,7 +175,7 @@ def test_a_mesh_with_a_face_without_area_is_refused():
 
 def test_what_broke_first_is_named_and_the_last_states_are_kept(tmp_path):
     path = tmp_path / "broken.npz"
-    world = ClothWorld(STRIP, CLOTH, CellConfig(self_contact=False), broken_to=path)
+    world = ClothWorld(STRIP, CLOTH, CellConfig(self_contact=False), broken_to=path, device=DEVICE)
     world.reset(STRIP.rest_m + np.array([0, 0, 0.3]), PARKED, np.zeros(2))
     run(world, 2)
     stiffness = world._solver.sheet.hinge_stiffness
@@ -217,7 +218,7 @@ def with_named(*names: str) -> ClothWorld:
     entries = tuple(
         {"name": name, "parameters": {key: {"value": value} for key, value in ACTED[name].items()}} for name in names
     )
-    return ClothWorld(STRIP, replace(CLOTH, effects=entries), CellConfig())
+    return ClothWorld(STRIP, replace(CLOTH, effects=entries), CellConfig(), device=DEVICE)
 
 
 def test_every_effect_that_the_solver_acts_is_acted_here():
