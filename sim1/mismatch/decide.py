@@ -51,11 +51,16 @@ def worth_over(base: Model, model: Model, thresholds: Thresholds, against: float
 
     Only likelihood is counted too often. What an effect costs, and what it gains as the fabric need not leave its priors, is not.
     """
+    rest, likelihood = _by_priors_and_likelihood(base, model, thresholds)
+    counted = likelihood - against
+    return rest + (counted / overcounted(model.fit, base.fit) if counted > 0.0 else counted)
+
+
+def _by_priors_and_likelihood(base: Model, model: Model, thresholds: Thresholds) -> tuple[float, float]:
+    """What a model gains over another as coefficients need not leave their priors, less what it costs; and by likelihood, nats."""
     gain = rating(base, thresholds) - rating(model, thresholds)
     costs = [cost_of(fit.residuals, fit.names, fit.temper) for fit in (base.fit, model.fit)]
-    likelihood = costs[0] - costs[1]
-    rest, counted = gain - likelihood, likelihood - against
-    return rest + (counted / overcounted(model.fit, base.fit) if counted > 0.0 else counted)
+    return gain - (costs[0] - costs[1]), costs[0] - costs[1]
 
 
 def adds_enough(
@@ -165,19 +170,30 @@ def rivals_of(pool: list[Model], best: Model, thresholds: Thresholds) -> tuple[M
 
 
 def there(pool: list[Model], model: Model, thresholds: Thresholds) -> bool:
-    """Whether each of a model's effects differs from nothing by recordings that disagree.
+    """Whether each of a model's effects differs from nothing by recordings that disagree, or by priors alone.
 
     Asked along the way from the model without it, where the pool has that one; else of its coefficients, by their slopes.
     """
-    fits = {one.terms: one.fit for one in pool}
+    others = {one.terms: one for one in pool}
     level = thresholds.significance
     for place, term in enumerate(model.fit.unknowns.terms):
-        less = fits.get(tuple(name for name in model.terms if name != term.effect.name))
-        if less is None and not established(model.fit, place, level):
-            return False
-        if less is not None and not established_along(model.fit, less, level):
+        less = others.get(tuple(name for name in model.terms if name != term.effect.name))
+        if less is None:
+            shown = established(model.fit, place, level)
+        else:
+            shown = told_by_priors(less, model, thresholds) or established_along(model.fit, less.fit, level)
+        if not shown:
             return False
     return True
+
+
+def told_by_priors(base: Model, model: Model, thresholds: Thresholds) -> bool:
+    """Whether what a model adds is a name's worth because the other has to leave its priors to imitate it.
+
+    A baseline whose lengths are off by more than any ruler is moves as cloth that has shrunk: what residuals then differ by says nothing,
+    neither whether the effect is there nor whether it is the same from second to second.
+    """
+    return _by_priors_and_likelihood(base, model, thresholds)[0] >= thresholds.named
 
 
 def steady(pool: list[Model], model: Model, thresholds: Thresholds, measured: frozenset[str]) -> bool:
@@ -190,6 +206,7 @@ def steady(pool: list[Model], model: Model, thresholds: Thresholds, measured: fr
     null = null_of(pool)
     from_second_to_second = (
         set(model.terms) <= measured
+        or told_by_priors(null, model, thresholds)
         or overcounted(model.fit, null.fit) <= thresholds.steady
         or unsteadiness(model.fit, null.fit) <= thresholds.unsteady
     )

@@ -129,6 +129,18 @@ def test_what_gains_more_than_nothing_missing_ever_does_is_no_nothing(unknowns, 
     assert verdict(unknowns, {("wind",): 1.1 * THRESHOLDS.gain}) == ("unknown", ())
 
 
+def test_what_the_baseline_imitates_all_the_way_is_told_by_priors_and_need_not_be_steady(unknowns, now_more_now_less):
+    """Cloth shrunk by 1.3 %: the baseline takes its lengths for that much shorter than the ruler said, and moves alike."""
+    null, model = pool_of(unknowns, {("shrinkage",): 5.0})
+    for nats, said in ((0.9 * THRESHOLDS.named, "none"), (1.1 * THRESHOLDS.named, "named")):
+        z = np.array([np.sqrt(2.0 * nats)])
+        pool = [
+            replace(one, fit=replace(one.fit, z=z * far, slopes={"only": np.zeros((10, 1))}))
+            for one, far in ((null, 1.0), (model, 0.0))
+        ]
+        assert decide(pool, THRESHOLDS).verdict == said
+
+
 def test_what_gains_much_and_is_worth_little_is_something_missing_and_no_name(unknowns, monkeypatch):
     """A piece that dries makes a heavy place gain 535 nats, about alike from second to second, that count one error again and again."""
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 100.0)
@@ -269,3 +281,17 @@ def test_each_effect_is_tested_along_the_way_from_the_model_without_it_and_by_it
     assert asked[1] is drag.fit
     monkeypatch.setattr("sim1.mismatch.decide.established_along", lambda fit, base, level: False)
     assert not there([pool[0], drag, pair], pair, THRESHOLDS)
+
+
+def test_a_second_effect_that_the_first_imitates_by_leaving_its_priors_is_there_whatever_recordings_say(
+    unknowns, monkeypatch
+):
+    """Lengths beside an offset of the frame are bent to those of cloth that has shrunk."""
+    monkeypatch.setattr("sim1.mismatch.decide.established_along", lambda fit, base, level: False)
+    two = tuple(SimpleNamespace(effect=SimpleNamespace(name=name)) for name in ("frame_offset", "shrinkage"))
+    null, first, pair = pool_of(unknowns, {("frame_offset",): 800.0, ("frame_offset", "shrinkage"): 805.0})
+    none = {"only": np.zeros((10, 1))}
+    pair = replace(pair, fit=replace(pair.fit, unknowns=SimpleNamespace(terms=two[1:]), z=np.zeros(1), slopes=none))
+    for nats, said in ((0.9 * THRESHOLDS.named, False), (1.2 * THRESHOLDS.named, True)):
+        bent = replace(first, fit=replace(first.fit, z=np.array([np.sqrt(2.0 * nats)]), slopes=none))
+        assert there([null, bent, pair], pair, THRESHOLDS) == said
