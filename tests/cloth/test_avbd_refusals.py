@@ -71,8 +71,9 @@ def test_a_model_with_tetrahedra_is_refused_with_their_number():
         SolverAVBD(builder.finalize(device=DEVICE))
 
 
-def test_a_model_without_cloth_is_refused():
+@pytest.mark.parametrize("fused", [True, False])
+def test_a_model_without_cloth_is_refused_for_that_whatever_sweeps_it(fused):
     builder = newton.ModelBuilder()
     builder.add_particle(wp.vec3(0.0), wp.vec3(0.0), 0.1)
     with pytest.raises(ValueError, match="no triangles"):
-        SolverAVBD(builder.finalize(device=DEVICE))
+        SolverAVBD(builder.finalize(device=DEVICE), AVBDConfig(fused=fused))

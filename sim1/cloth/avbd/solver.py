@@ -68,14 +68,14 @@ class SolverAVBD(SolverBase):
         if lost:
             raise ValueError(f"{' and '.join(lost)} act on a table; say which shape it is (table=)")
         self.fused = model.device.is_cpu if self.config.fused is None else self.config.fused
-        if not self.fused and not len(model.particle_color_groups):
-            raise ValueError("the model's vertices have no colours; call ModelBuilder.color() before finalize()")
         self.second_order = int(self.config.integrator == "bdf2")
         self._step = 0
         self.memory: dict[str, list[wp.array]] = {}  # of effects, by name
         self.curving: Curving | None = None
         with wp.ScopedDevice(model.device):
             self._read_model()
+            if not self.fused and not len(model.particle_color_groups):
+                raise ValueError("the model's vertices have no colours; call ModelBuilder.color() before finalize()")
             self.now = new_iterate(model.particle_count, self.sheet, self.config)
             self.solids = new_touches(model.particle_count, 0)
             layers = self.config.self_contact
