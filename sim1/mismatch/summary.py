@@ -17,8 +17,8 @@ class Ranked(Strict):
     gain: float  # over the calibrated baseline, nats
     worth: float  # of that, where evidence that counts the same error again and again counts it once
     unsteadiness: float  # by what share of itself it differs from second to second
-    established: bool  # whether, by recordings that disagree, its effects' strengths are not nothing
-    steady: bool  # whether that is so and it is asked for alike, from second to second: else it is no name, whatever it is worth
+    established: bool  # whether, by recordings that disagree or by priors alone, its effects' strengths are not nothing
+    steady: bool  # whether that is so and it is asked for alike, from second to second, or told by priors alone: else it is no name
     misfit: float  # mean squared residual in units of noise and mesh error
 
 
