@@ -1,10 +1,14 @@
-"""What motion that nobody fitted says of a decision: it takes names back, and may speak for one effect more."""
+"""What motion that nobody fitted says of a decision: it may speak for a first name or one effect more, and takes names back."""
+
+from dataclasses import replace
 
 from sim1.mismatch.decide import (
     Decision,
     adds_enough,
     best_of,
     contenders_of,
+    decide,
+    gain_of,
     rating,
     said_of,
     steady,
@@ -13,11 +17,66 @@ from sim1.mismatch.decide import (
     worth_over,
     worthy_of,
 )
+from sim1.mismatch.excess import mean_square
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import Thresholds
+from sim1.mismatch.unfitted import Heard
 
 # By effects: nats by which motion held out is less likely with a model than with the baseline; below 0: more likely.
 type Against = dict[tuple[str, ...], float]
+
+
+def hopeful(
+    decision: Decision, pool: list[Model], thresholds: Thresholds, measured: frozenset[str] = frozenset()
+) -> list[Model]:
+    """Where nothing stands: models that gain what a name is asked for, however often they count an error, and their parts, best first.
+
+    Motion held out is asked about them. What stands by fits and explains too little is refused, and asks nobody.
+    """
+    if decision.chosen.terms or any(steady(pool, one, thresholds, measured) for one in worthy_of(pool, thresholds)):
+        return []
+    gaining = [one for one in pool if one.terms and gain_of(pool, one, thresholds) >= thresholds.named]
+    parts = {part.terms for one in gaining for part in parts_of(pool, one)}
+    asked = [one for one in pool if one.terms in parts or any(one is other for other in gaining)]
+    return sorted(asked, key=lambda model: rating(model, thresholds))
+
+
+def heard_of(pool: list[Model], heard: Heard) -> list[Model]:
+    """Of a pool's models those that motion held out was asked about, the baseline among them, with it added to what they were fitted to."""
+    return [heard.added_to(one) for one in pool if one.terms in heard.residuals]
+
+
+def with_hopeful(
+    decision: Decision,
+    pool: list[Model],
+    heard: Heard,
+    thresholds: Thresholds,
+    measured: frozenset[str] = frozenset(),
+) -> Decision:
+    """What fits and motion held out say together where fits alone name nothing; the decision as it is if that motion speaks for nothing.
+
+    Asked is what fits are asked: how often the evidence counts one error, whether it is there and steady, what it explains; what stands and
+    explains too little is `unknown`. What a search made of an error of the simulator foretells no other motion, so that this is the harder
+    of the two tests to pass by chance.
+    """
+    added = heard_of(pool, heard)
+    if not any(
+        steady(added, one, thresholds, measured) and heard.against[one.terms] < 0.0
+        for one in worthy_of(added, thresholds)
+    ):
+        return decision
+    again = decide(added, thresholds, measured)
+    if not again.chosen.terms:
+        return unchanged("unknown", decision.null)
+    fitted = {one.terms: one for one in pool}
+    chosen = fitted[again.chosen.terms]
+    return replace(
+        again,
+        null=decision.null,
+        chosen=chosen,
+        rivals=tuple(fitted[one.terms] for one in again.rivals),
+        misfit={"baseline": mean_square(decision.null.fit), "chosen": mean_square(chosen.fit)},
+    )
 
 
 def doubtful(decision: Decision, pool: list[Model], thresholds: Thresholds) -> Model | None:

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim1.mismatch.assimilate import Located, locate_forces
-from sim1.mismatch.borne_out import borne_out, doubtful, parts_of, with_doubtful
+from sim1.mismatch.borne_out import parts_of
 from sim1.mismatch.contest import contest
-from sim1.mismatch.decide import decide, rating
+from sim1.mismatch.decide import rating
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Tempers
 from sim1.mismatch.foretold import ByTerms, Foretold, foretold_by
 from sim1.mismatch.heldout import held_out, rmse_of
+from sim1.mismatch.judging import judge
 from sim1.mismatch.models import Model
 from sim1.mismatch.noise import frame_noise
 from sim1.mismatch.patience import Patience
@@ -20,7 +21,6 @@ from sim1.mismatch.remarks import had_a_say, not_asked, not_foretold, not_set_ap
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
-from sim1.mismatch.unfitted import nats_against
 from sim1.recording.bundle import Bundle
 from sim1.recording.lateness import is_late
 from sim1.stage import BadInput
@@ -41,6 +41,8 @@ class Diagnosis:
     creep_m: float  # of markers over the cloth; 0: none seen
     baseline: Model
     models: tuple[Model, ...]  # every model that was fitted, best first, the baseline among them
+    # Where fits name nothing: those that motion held out was asked about, with it added to what they were fitted to.
+    heard: tuple[Model, ...]
     chosen: Model
     measured: frozenset[str]  # effects that the recordings show without any model of the cloth
     screened: tuple[Candidate, ...]  # beside the baseline: every effect that the recordings could show
@@ -90,21 +92,14 @@ def _diagnose(
     fitted = tuple(name for name in engine.names if name not in heldout)
     found = contest(engine, baseline(bundle), fitted, thresholds, lambda s, what: progress(0.02 + 0.78 * s, what))
     delays, stopped = delays_measured(bundle), engine.patience.over
-    decision = decide(found.pool, thresholds, delays)
     progress(0.8, "checking on motion held out")
+    judged = judge(engine, found.pool, heldout, thresholds, delays, stopped=stopped)
+    decision, named = judged.decision, judged.named
     foretold = {"baseline": foretold_by(engine, decision.null, engine.names)}
-    named, more = decision.chosen, None if stopped else doubtful(decision, found.pool, thresholds)
     told = {(): foretold["baseline"].of(heldout)}  # by effects
-    others = [] if stopped else [*parts_of(found.pool, more or named), *([more] if more else [])]
-    if others:  # where one of them leads in the end and leaves too much, a delay that was measured does
-        others += [one for one in found.pool if one.terms and set(one.terms) <= delays]
-    asked = list({one.terms: one for one in (named, *others)}.values()) if named.terms else []
-    told |= {model.terms: foretold_by(engine, model, heldout) for model in asked}
-    against, unasked = nats_against(engine, decision.null, asked, heldout)
-    led = decision.chosen
-    decision = with_doubtful(decision, more, found.pool, against, thresholds, delays)
-    said_for = set(decision.chosen.terms) - set(led.terms)
-    decision = borne_out(decision, found.pool, against, thresholds, delays)
+    led = decision.chosen if decision.chosen.terms else named
+    for one in (led, *([] if stopped else parts_of(found.pool, led))):
+        told[one.terms] = told.get(one.terms) or foretold_by(engine, one, heldout)
     foretold["augmented"] = foretold["baseline"]
     if decision.chosen.terms:
         foretold["augmented"] = foretold_by(engine, decision.chosen, fitted).and_of(told[decision.chosen.terms])
@@ -115,9 +110,6 @@ def _diagnose(
     progress(0.93, "locating")
     located = locate_forces(engine, decision.chosen.fit, engine.names)
     without_m = _without_each(bundle, decision.chosen.terms, told, heldout)
-    spoken_for = tuple(name for name in decision.chosen.terms if name in said_for)
-    withdrawn = tuple(name for name in named.terms if name not in decision.chosen.terms)
-    judged = (decision.chosen if decision.chosen.terms else named).terms
     return Diagnosis(
         fitted=fitted,
         heldout=heldout,
@@ -126,6 +118,7 @@ def _diagnose(
         creep_m=engine.creep_m,
         baseline=decision.null,
         models=tuple(sorted(found.pool, key=lambda model: rating(model, thresholds))),
+        heard=judged.hopeful,
         chosen=decision.chosen,
         measured=delays,
         screened=found.screened,
@@ -134,9 +127,9 @@ def _diagnose(
         verdict=verdict,
         rivals=decision.rivals,
         misfit=decision.misfit,
-        spoken_for=spoken_for,
-        withdrawn=withdrawn,
-        against=None if judged in unasked else against.get(judged, 0.0),
+        spoken_for=judged.spoken_for,
+        withdrawn=judged.withdrawn,
+        against=judged.against,
         rmse_m={
             label: {"fit": _error_m(bundle, one, fitted), "heldout": _error_m(bundle, one, heldout)}
             for label, one in foretold.items()
@@ -146,9 +139,9 @@ def _diagnose(
         located=located,
         remarks=(
             *([noise.remark] if noise.remark else []),
-            *had_a_say(heldout, spoken_for, withdrawn),
+            *had_a_say(heldout, judged.spoken_for, judged.withdrawn),
             *not_foretold(foretold),
-            *(not_asked(terms, why) for terms, why in unasked.items()),
+            *(not_asked(terms, why) for terms, why in judged.heard.unasked.items()),
             *(not_set_apart(name) for name, error_m in without_m.items() if error_m is None),
             *(f"no force is located in {name}: {why}" for name, why in located.lost.items()),
         ),

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from sim1.cloth.physics import write_physics
-from sim1.mismatch.decide import null_of, rating, steady, there, worth, worth_over
+from sim1.mismatch.decide import null_of, rating, steady, worth, worth_over
 from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import Diagnosis, diagnose
-from sim1.mismatch.excess import mean_square, on_table, worst
+from sim1.mismatch.excess import on_table, worst
+from sim1.mismatch.experiments import next_experiment
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
 from sim1.mismatch.fit import promised
 from sim1.mismatch.forces_file import write_forces
@@ -21,10 +22,11 @@ from sim1.mismatch.model_file import effect_entry, interval, physics_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.page import write_page
 from sim1.mismatch.patience import Patience
+from sim1.mismatch.ranked import joined, ranked
 from sim1.mismatch.strict_json import write_json
 from sim1.mismatch.summary import SCHEMA, Prices, Summary
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
-from sim1.mismatch.uncertainty import deviations, unsteadiness
+from sim1.mismatch.uncertainty import deviations
 from sim1.mismatch.verdict import Verdict, in_mm
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
@@ -32,24 +34,6 @@ from sim1.recording.sufficient import require_for_diagnosis
 LOST = "it promised something, and no simulation with it found its way from rest to the end: not judged"
 EASED = 4.0  # by which scores are divided before they are called odds
 LEFT_NATS, LEFT_SHARE = 3.0, 0.02  # that a search may leave; the share is of what the verdict rests on
-SEPARATING = {  # the recording that tells two explanations apart
-    frozenset(
-        ("air_drag", "added_mass")
-    ): "swing at two amplitudes with the same period: drag grows with the square of the speed, carried air with the acceleration",
-    frozenset(
-        ("air_drag", "wind")
-    ): "hang the cloth still, then turn the rig by 90 degrees: a stream pushes at rest too",
-    frozenset(
-        ("clock_offset", "actuator_lag")
-    ): "stop suddenly and let the cloth swing free for 2 s: an offset shifts the free swing, a lag does not",
-    frozenset(("grip_slip", "grip_compliance")): "pull and let go: what slipped does not come back",
-    frozenset(
-        ("frame_offset", "gravity_tilt")
-    ): "turn the rig by 180 degrees about the vertical at rest: a tilt turns with the room, an offset with the camera",
-    frozenset(
-        ("stiff_region", "heavy_region")
-    ): "swing slowly and fast: weight shows at rest, stiffness where the cloth folds",
-}
 
 
 def run_diagnosis(
@@ -124,7 +108,7 @@ def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESH
             },
             "missing_physics": effects,
             "alternatives": others,
-            "next_experiment": _next(found),
+            "next_experiment": next_experiment(found),
             "remarks": list(found.remarks),
         }
     )
@@ -139,10 +123,10 @@ def admitted(found: Diagnosis, thresholds: Thresholds) -> tuple[Model, ...]:
     """Models that a verdict leaves standing: one that rates better than a named one, and is no rival, was refused by its rules."""
     if found.verdict not in ("named", "ambiguous"):
         return found.models
-    best, standing = rating(found.chosen, thresholds), (found.chosen, *found.rivals)
-    return tuple(
-        model for model in found.models if rating(model, thresholds) >= best or any(model is one for one in standing)
-    )
+    models = found.heard or found.models
+    standing = {found.chosen.terms, *(rival.terms for rival in found.rivals)}
+    best = rating(next(one for one in models if one.terms == found.chosen.terms), thresholds)
+    return tuple(model for model in models if rating(model, thresholds) >= best or model.terms in standing)
 
 
 def probabilities(models: tuple[Model, ...], verdict: str, thresholds: Thresholds) -> dict[str, float]:
@@ -171,38 +155,19 @@ def _why_not(name: str, found: Diagnosis, thresholds: Thresholds) -> str:
     name_s_worth = worth_over(found.baseline, best, thresholds) >= thresholds.named
     stands = name_s_worth and steady(list(found.models), best, thresholds, found.measured)
     if behind < 0 and found.verdict == "unknown" and stands:
-        return f"{_joined(best)} gains {-behind:.1f} nats over the baseline, but explains too little of what is missing or foretells held-out motion worse"
+        return f"{joined(best)} gains {-behind:.1f} nats over the baseline, but explains too little of what is missing or foretells held-out motion worse"
     if behind < 0 and not found.chosen.terms:
         least = worth([found.baseline], best, thresholds)
-        return f"{_joined(best)} gains {-behind:.1f} nats over the baseline, {least:.1f} where evidence that counts the same error again and again counts it once: no name's worth, or its strength may be nothing or differs from second to second"
+        return f"{joined(best)} gains {-behind:.1f} nats over the baseline, {least:.1f} where evidence that counts the same error again and again counts it once: no name's worth, or its strength may be nothing or differs from second to second"
     if behind < 0:
-        return f"it gains {-behind:.1f} nats beside {_joined(found.chosen)}: less than a further effect has to, or too little is explained with both"
-    return f"{_joined(best)} explains {behind:.1f} nats less of the motion than {_joined(found.chosen)}"
+        return f"it gains {-behind:.1f} nats beside {joined(found.chosen)}: less than a further effect has to, or too little is explained with both"
+    return f"{joined(best)} explains {behind:.1f} nats less of the motion than {joined(found.chosen)}"
 
 
 def lost_names(found: Diagnosis) -> list[str]:
     """Effects that promised something and were never simulated to the end."""
     judged = {name for model in found.models for name in model.terms}
     return sorted({candidate.term.effect.name for candidate in found.lost} - judged)
-
-
-def _joined(model: Model) -> str:
-    return " with ".join(model.terms) or "the baseline"
-
-
-def _next(found: Diagnosis) -> str:
-    if found.stopped:
-        return "the search was stopped before all was tried: diagnose again with more time"
-    names = list(found.chosen.terms) + [name for rival in found.rivals for name in rival.terms]
-    for one in names:
-        for other in names:
-            if frozenset((one, other)) in SEPARATING:
-                return SEPARATING[frozenset((one, other))]
-    if found.verdict == "unknown" or found.misfit["chosen"] > THRESHOLDS.misfit:
-        return "repeat the worst motion slower, and once held still after it: what vanishes tells speed from stiffness and slip"
-    if found.verdict == "ambiguous":
-        return f"repeat the motion in which {_joined(found.chosen)} and {_joined(found.rivals[0])} differ most, at another speed"
-    return "none needed for this difference"
 
 
 def sentence(found: Diagnosis) -> str:
@@ -217,17 +182,16 @@ def sentence(found: Diagnosis) -> str:
     if left > THRESHOLDS.misfit:
         more = f" The mean square of what is left is {left:.1f} times what noise and mesh explain: that is not all."
     if found.verdict == "named":
-        return f"Left out: {_joined(found.chosen)}. With it the error on held-out motion goes from {before} to {after}.{more}"
+        return f"Left out: {joined(found.chosen)}. With it the error on held-out motion goes from {before} to {after}.{more}"
     if found.verdict == "ambiguous":
-        rivals = ", ".join(_joined(rival) for rival in found.rivals)
-        return f"Something was left out, and {_joined(found.chosen)} explains it no better than {rivals} ({before} to {after} held out).{more}"
-    nearest = f"; {_joined(found.models[0])} comes nearest and is not borne out" if found.models[0].terms else ""
+        rivals = ", ".join(joined(rival) for rival in found.rivals)
+        return f"Something was left out, and {joined(found.chosen)} explains it no better than {rivals} ({before} to {after} held out).{more}"
+    nearest = f"; {joined(found.models[0])} comes nearest and is not borne out" if found.models[0].terms else ""
     return f"Something was left out that no known effect explains: {before} on held-out motion{nearest}."
 
 
 def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary:
     """What the page says beyond the verdict."""
-    null = rating(found.baseline, thresholds)
     return Summary.model_validate(
         {
             "schema": SCHEMA,
@@ -246,18 +210,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
                 "table": on_table(found.baseline.fit),
             },
             "prices": {name: getattr(thresholds, name) for name in Prices.model_fields},
-            "ranking": [
-                {
-                    "name": _joined(model),
-                    "gain": null - rating(model, thresholds),
-                    "worth": worth([found.baseline], model, thresholds),
-                    "unsteadiness": unsteadiness(model.fit, found.baseline.fit),
-                    "established": there(list(found.models), model, thresholds),
-                    "steady": steady(list(found.models), model, thresholds, found.measured),
-                    "misfit": mean_square(model.fit),
-                }
-                for model in found.models[:10]
-            ],
+            "ranking": ranked(found, thresholds),
             "estimates": _parameters(found),
             "effects": found.chosen.terms,
             "detectable": [vars(row) for row in detectable(found.screened, thresholds)],

@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/11`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/12`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/11"
+SCHEMA = "sim1.diagnosis/12"
 
 
 class Ranked(Strict):
@@ -20,6 +20,9 @@ class Ranked(Strict):
     established: bool  # whether, by recordings that disagree or by priors alone, its effects' strengths are not nothing
     steady: bool  # whether that is so and it is asked for alike, from second to second, or told by priors alone: else it is no name
     misfit: float  # mean squared residual in units of noise and mesh error
+    # Worth and `steady` with motion held out added to what was fitted; None: it was not asked for a first name.
+    heard_worth: float | None = None
+    heard_steady: bool | None = None
 
 
 class Estimate(Strict):
@@ -74,12 +77,12 @@ class Prices(Strict):
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/11"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/12"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts
     heldout_nats: float | None  # by which it is less likely with what was named than with the baseline; None: not known
-    spoken_for: tuple[str, ...]  # second names that fits left in doubt and that it decided for
+    spoken_for: tuple[str, ...]  # names that fits left in doubt and that it decided for
     withdrawn: tuple[str, ...]  # names of which it left too little
     converged: bool  # the searches of the baseline and of the chosen model
     creep_m: float  # of markers over the cloth, standard deviation by coordinate; counted as an error that lasts

@@ -4,40 +4,84 @@ Markers are drawn softly to the measured ones, as in fits, and so each second is
 sheet goes astray once and stays so: a model that is right may then be off by more than one that is not.
 """
 
+from dataclasses import dataclass, replace
+
+import numpy as np
+
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import cost_of, temper_of
+from sim1.mismatch.fit import Tempers, cost_of, temper_of
 from sim1.mismatch.models import Model
 
 type Nats = dict[tuple[str, ...], float]  # by effects
+type Residuals = dict[str, np.ndarray]  # (K,) by recording
 
 
-def nats_against(
-    engine: Engine, null: Model, models: list[Model], names: tuple[str, ...]
-) -> tuple[Nats, dict[tuple[str, ...], str]]:
-    """By how many nats recordings are less likely with a model than with the baseline, by effects; below 0: more likely.
+@dataclass(frozen=True, kw_only=True)
+class Heard:
+    """Residuals of recordings that no fit has seen, and what fits would know of them."""
+
+    residuals: dict[tuple[str, ...], Residuals]  # by effects, () the baseline's
+    unasked: dict[tuple[str, ...], str]  # models that no simulation follows, and why
+    temper: Tempers
+    coarser: Residuals
+    stretch: Residuals
+
+    @property
+    def against(self) -> Nats:
+        """By how many nats the recordings are less likely with a model than with the baseline; below 0: more likely."""
+        costs = {terms: cost_of(one, tuple(self.temper), self.temper) for terms, one in self.residuals.items()}
+        return {terms: cost - costs[()] for terms, cost in costs.items() if terms}
+
+    def added_to(self, model: Model) -> Model:
+        """The model as if these recordings had been fitted, too, and had taught nothing: the same coefficients, and slopes of 0.
+
+        Raises:
+            KeyError: a model that was not asked.
+        """
+        fit, more = model.fit, self.residuals[model.terms]
+        flat = {name: np.zeros((len(residual), len(fit.z))) for name, residual in more.items()}
+        whole = replace(
+            fit,
+            names=(*fit.names, *more),
+            temper=fit.temper | self.temper,
+            residuals=fit.residuals | more,
+            slopes=fit.slopes | flat,
+            coarser=fit.coarser | self.coarser,
+            stretch=fit.stretch | self.stretch,
+        )
+        return replace(model, fit=whole)
+
+
+NOTHING = Heard(residuals={}, unasked={}, temper={}, coarser={}, stretch={})
+
+
+def hear(engine: Engine, null: Model, models: list[Model], names: tuple[str, ...]) -> Heard:
+    """What recordings that no fit has seen say of models, the baseline `null` beside them.
 
     What mesh and step get wrong, and what hangs on the baseline's coefficients, is measured where the first of the models is, as it is
-    where the best one is while models are fitted. The second part is of models that could not be asked, and why: no simulation follows
-    with them, with the baseline or with the first.
+    where the best one is while models are fitted. Where no simulation follows with the baseline or with the first, none is asked.
     """
     if not models:
-        return {}, {}
-    against, unasked = {}, {}
+        return NOTHING
     with engine.aside():
         try:
             first = models[0].fit
             engine.refine(first.unknowns.world(first.z), names)
             engine.soften(first.unknowns, first.z, names)
-            before = engine.residuals(null.fit.unknowns, null.fit.z, names)
+            found = {(): engine.residuals(null.fit.unknowns, null.fit.z, names)}
         except NotConverged as error:
-            return {}, {model.terms: str(error) for model in models}
-        temper = temper_of(engine, before, names)
-        for model in models:
+            return replace(NOTHING, unasked={model.terms: str(error) for model in models if model.terms})
+        unasked = {}
+        for model in (one for one in models if one.terms):
             try:
-                after = engine.residuals(model.fit.unknowns, model.fit.z, names)
+                found[model.terms] = engine.residuals(model.fit.unknowns, model.fit.z, names)
             except NotConverged as error:
                 unasked[model.terms] = str(error)
-            else:
-                against[model.terms] = cost_of(after, names, temper) - cost_of(before, names, temper)
-    return against, unasked
+        return Heard(
+            residuals=found,
+            unasked=unasked,
+            temper=temper_of(engine, found[()], names),
+            coarser=engine.coarser(names),
+            stretch=engine.stretches(names),
+        )

@@ -10,7 +10,7 @@ from scipy.stats import CensoredData, gumbel_r, norm, rv_continuous
 
 from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.thresholds import SCHEMA, Measured, Null
-from sim1.proof.outcome import Outcome
+from sim1.proof.outcome import Found, Outcome
 from sim1.stage import BadInput, random_stream
 
 LEVEL = 0.05  # share of bundles with nothing missing that may exceed any of the thresholds, which share it evenly
@@ -46,7 +46,7 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
     changed = [outcome.case for outcome in nulls if outcome.code_changed]
     if changed:
         raise BadInput(f"outcomes/{changed[0]}.json: the code changed while it was diagnosed; diagnose it again")
-    worths = np.array([largest({name: one.found.worths[name] for name in one.found.steady}) for one in nulls])
+    worths = np.array([_worth(one.found) for one in nulls])
     gains = np.array([max([0.0, *(one.found.gains[name] for name in one.found.established)]) for one in nulls])
     stream = random_stream(0, "calibration")
     again = [tail_of(stream.choice(worths, len(worths))) for _ in range(RESAMPLES)]
@@ -71,6 +71,11 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
             for k, one in enumerate(nulls)
         ),
     )
+
+
+def _worth(found: Found) -> float:
+    """Nats of the best single effect that stands, by fits or by fits and motion held out."""
+    return max(largest({name: found.worths[name] for name in found.steady or ()}), largest(found.heard))
 
 
 def _most(nats: np.ndarray) -> float:

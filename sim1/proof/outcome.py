@@ -47,6 +47,8 @@ class Found(Strict):
         None  # ranked models of which recordings agree that they are there; None: scored before this was told
     )
     steady: tuple[str, ...] | None = None  # those of them that are also asked for alike from second to second
+    # Worths with motion held out added, of models that are steady by it; none where fits named something.
+    heard: dict[str, float] = pydantic.Field(default_factory=dict)
     place_auc: float | None  # None: force was concealed nowhere or everywhere
     over_limit: dict[
         str, float

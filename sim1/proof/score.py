@@ -126,6 +126,7 @@ def _found(files: Files, case: str, answers: Answers, courses: Mapping[str, np.n
         worths={row.name: row.worth for row in summary.ranking if row.name != BASELINE},
         established=tuple(row.name for row in summary.ranking if row.established and row.name != BASELINE),
         steady=tuple(row.name for row in summary.ranking if row.steady and row.name != BASELINE),
+        heard={row.name: row.heard_worth for row in summary.ranking if row.heard_steady and row.name != BASELINE},
         least_misfit=least_misfit(summary),
         effects={
             effect.name: {

@@ -1,4 +1,4 @@
-"""Motion that nobody fitted takes names back, and may speak for one effect more; what then leads is asked what any leader is."""
+"""Motion that nobody fitted may speak for a first name or one effect more, and takes names back; what then leads is asked what any leader is."""
 
 from dataclasses import replace
 
@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from small_pool import pool_of
 
-from sim1.mismatch.borne_out import borne_out, doubtful, with_doubtful
+from sim1.mismatch.borne_out import borne_out, doubtful, hopeful, with_doubtful, with_hopeful
 from sim1.mismatch.decide import decide
+from sim1.mismatch.fit import FREEDOM, loss
 from sim1.mismatch.thresholds import THRESHOLDS
+from sim1.mismatch.unfitted import NOTHING, Heard
 
 pytestmark = pytest.mark.usefixtures("counted_once")
 
@@ -141,3 +143,86 @@ def test_a_name_with_which_no_simulation_follows_motion_held_out_stays_as_fits_h
     for against in ({}, {pair: -500.0}, {first: 0.0}):
         assert with_doubtful(found, more, pool, against, THRESHOLDS) is found
     assert borne_out(found, pool, {pair: -500.0}, THRESHOLDS) is found
+
+
+def heard_of_one(pool, against):
+    """What motion held out says of a pool's models, in nats by terms below those of the baseline: a hundred residuals, told alike by all."""
+    residuals = {(): {"held": np.full(100, 2.0)}}
+    per_sample = loss(np.array([2.0]))[0]
+    for terms, nats in against.items():
+        wanted = per_sample + nats / 100.0
+        residuals[terms] = {"held": np.full(100, np.sqrt(FREEDOM * np.expm1(wanted / (0.5 * (FREEDOM + 1.0)))))}
+    assert set(residuals) <= {one.terms for one in pool}
+    flat = {"held": np.zeros(100)}
+    return Heard(
+        residuals=residuals, unasked={}, temper={"held": 1.0}, coarser=flat, stretch={"held": np.arange(100) // 10}
+    )
+
+
+def test_motion_held_out_is_asked_for_a_first_name_where_something_gains_enough_and_nothing_stands(
+    unknowns, monkeypatch
+):
+    """Case 42 of the campaign: stiffening gains 156 nats that count one error four times, and motion held out is 406 nats likelier with it."""
+    stiff, pair = ("strain_stiffening",), ("anisotropic_stretch", "strain_stiffening")
+    pool = pool_of(unknowns, {stiff: 2.0 * THRESHOLDS.named, pair: 2.2 * THRESHOLDS.named, ("wind",): 5.0})
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 3.0)
+    found = decide(pool, THRESHOLDS)
+    assert not found.chosen.terms
+    assert [one.terms for one in hopeful(found, pool, THRESHOLDS)] == [pair, stiff]
+    little = pool_of(unknowns, {stiff: 0.9 * THRESHOLDS.named})
+    assert hopeful(decide(little, THRESHOLDS), little, THRESHOLDS) == []
+
+
+def test_what_stands_by_fits_and_explains_too_little_is_not_asked_again(unknowns):
+    pool = pool_of(unknowns, {("wind",): 2.0 * THRESHOLDS.named}, {(): 3.0, ("wind",): 2.9})
+    found = decide(pool, THRESHOLDS)
+    assert found.verdict == "unknown"
+    assert hopeful(found, pool, THRESHOLDS) == []
+
+
+def test_a_first_name_is_made_of_fits_and_of_motion_held_out_that_speaks_for_it(unknowns, monkeypatch):
+    drag = ("air_drag",)
+    pool = pool_of(unknowns, {drag: 2.0 * THRESHOLDS.named})
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 3.0)
+    found = decide(pool, THRESHOLDS)
+    assert (found.verdict, found.chosen.terms) == ("none", ())
+    for against, named in (
+        (-1.5 * THRESHOLDS.named, drag),  # 3.5 times what a name is asked for, counted three times
+        (-0.5 * THRESHOLDS.named, ()),
+        (0.0, ()),
+        (50.0, ()),
+    ):
+        said = with_hopeful(found, pool, heard_of_one(pool, {drag: against}), THRESHOLDS)
+        assert said.chosen.terms == named
+        assert said.chosen is (pool[1] if named else pool[0])
+        assert said.null is pool[0]
+
+
+def test_motion_held_out_makes_no_name_that_is_unsteady_by_it_or_could_be_nothing(unknowns, monkeypatch):
+    drag = ("air_drag",)
+    pool = pool_of(unknowns, {drag: 2.0 * THRESHOLDS.named})
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.1 * THRESHOLDS.steady)
+    found, heard = decide(pool, THRESHOLDS), heard_of_one(pool, {drag: -3.0 * THRESHOLDS.named})
+    for share, named in ((0.9, drag), (1.1, ())):
+        monkeypatch.setattr("sim1.mismatch.decide.unsteadiness", lambda fit, base, s=share: s * THRESHOLDS.unsteady)
+        assert with_hopeful(found, pool, heard, THRESHOLDS).chosen.terms == named
+    monkeypatch.setattr("sim1.mismatch.decide.unsteadiness", lambda fit, base: 0.0)
+    monkeypatch.setattr("sim1.mismatch.decide.there", lambda pool_, model, thresholds: False)
+    assert with_hopeful(found, pool, heard, THRESHOLDS) is found
+
+
+def test_what_stands_with_motion_held_out_and_explains_too_little_is_unknown(unknowns, monkeypatch):
+    drag = ("air_drag",)
+    pool = pool_of(unknowns, {drag: 2.0 * THRESHOLDS.named})
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 3.0)
+    found, heard = decide(pool, THRESHOLDS), heard_of_one(pool, {drag: -3.0 * THRESHOLDS.named})
+    monkeypatch.setattr("sim1.mismatch.decide.left", lambda null, model: 1.1 * THRESHOLDS.left)
+    monkeypatch.setattr("sim1.mismatch.decide.explained", lambda null, model, thresholds: 0.1)
+    said = with_hopeful(found, pool, heard, THRESHOLDS)
+    assert (found.verdict, said.verdict, said.chosen) == ("none", "unknown", found.null)
+
+
+def test_nothing_heard_leaves_a_decision_as_it_is(unknowns):
+    pool = pool_of(unknowns, {("air_drag",): 10.0})
+    found = decide(pool, THRESHOLDS)
+    assert with_hopeful(found, pool, NOTHING, THRESHOLDS) is found

@@ -251,7 +251,7 @@ def test_what_is_simpler_and_does_not_stand_takes_no_name_away_unless_it_is_a_pa
 def test_a_rival_that_fits_better_keeps_its_probability_and_what_rules_refused_has_none(unknowns):
     pool = pool_of(unknowns, {("anisotropic_stretch",): 214.0, ("strain_stiffening",): 70.0, ("wind",): 60.0})
     better, chosen, worse = pool[1:]
-    found = SimpleNamespace(verdict="ambiguous", chosen=chosen, rivals=(better,), models=tuple(pool))
+    found = SimpleNamespace(verdict="ambiguous", chosen=chosen, rivals=(better,), models=tuple(pool), heard=())
     assert [one.terms for one in admitted(found, THRESHOLDS)] == [(), better.terms, chosen.terms, worse.terms]
     found.verdict, found.rivals = "named", ()
     assert [one.terms for one in admitted(found, THRESHOLDS)] == [(), chosen.terms, worse.terms]
