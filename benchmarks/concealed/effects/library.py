@@ -52,8 +52,6 @@ class Recipe:
     """Smallest and largest amplitude that is physically plausible."""
     in_table: bool = True
     """Whether the format names it."""
-    loose: bool = False
-    """Whether it also takes any other motions beside (False: free motions only, unless those that show it need a table)."""
 
 
 def _sign(rng: np.random.Generator) -> float:
@@ -249,10 +247,10 @@ LIBRARY: dict[str, Recipe] = {
     "adhesion": Recipe(_adhesion, ("lift_off", "peel", "drag_raised", "lay_down"), (0.05, 6.0)),
     "grip_slip": Recipe(_grip_slip, LOADS, (0.002, 4.0)),
     "grip_compliance": Recipe(_grip_compliance, LOADS, (0.05, 8.0)),
-    "actuator_lag": Recipe(_actuator_lag, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 4.0), loose=True),
-    "clock_offset": Recipe(_clock_offset, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 5.0), loose=True),
-    "frame_offset": Recipe(_frame_offset, (*HANGS, *PULLS), (0.05, 5.0), loose=True),
-    "gravity_tilt": Recipe(_gravity_tilt, HANGS, (0.05, 4.0), loose=True),
+    "actuator_lag": Recipe(_actuator_lag, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 4.0)),
+    "clock_offset": Recipe(_clock_offset, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 5.0)),
+    "frame_offset": Recipe(_frame_offset, (*HANGS, *PULLS), (0.05, 5.0)),
+    "gravity_tilt": Recipe(_gravity_tilt, HANGS, (0.05, 4.0)),
     "fan_jet": Recipe(_fan_jet, UPRIGHT, (0.05, 6.0), in_table=False),
     "drying": Recipe(_drying, HANGS, (0.05, 4.0), in_table=False),
     "hidden_thread": Recipe(_hidden_thread, UPRIGHT, (0.02, 20.0), in_table=False),
@@ -260,7 +258,7 @@ LIBRARY: dict[str, Recipe] = {
     "static_charge": Recipe(_static_charge, UPRIGHT, (0.02, 10.0), in_table=False),
     "viscoelastic_creep": Recipe(_viscoelastic_creep, BENDS, (0.1, 3.0), in_table=False),
     "viscous_friction": Recipe(_viscous_friction, TABLE, (0.1, 3.0), in_table=False),
-    "gripper_vibration": Recipe(_gripper_vibration, SWINGS, (0.1, 4.0), in_table=False, loose=True),
-    "rolling_shutter": Recipe(_rolling_shutter, SWINGS, (0.1, 5.0), in_table=False, loose=True),
-    "camera_scale": Recipe(_camera_scale, (*HANGS, *PULLS), (0.1, 3.0), in_table=False, loose=True),
+    "gripper_vibration": Recipe(_gripper_vibration, SWINGS, (0.1, 4.0), in_table=False),
+    "rolling_shutter": Recipe(_rolling_shutter, SWINGS, (0.1, 5.0), in_table=False),
+    "camera_scale": Recipe(_camera_scale, (*HANGS, *PULLS), (0.1, 3.0), in_table=False),
 }
