@@ -74,7 +74,9 @@ def _wind(a: float, rng: np.random.Generator, s: Setting) -> Effect:
     heading = s.yaw_rad + np.pi / 2 * _sign(rng) + rng.uniform(-0.5, 0.5)
     speed, rising = 0.55 * np.sqrt(a), rng.uniform(-0.15, 0.15)
     blow = {"vx": speed * np.cos(heading), "vy": speed * np.sin(heading), "vz": speed * rising}
-    return Wind({k: float(v) for k, v in blow.items()}, {"c_normal": 1.3, "c_tangential": 0.03})
+    gusts = {"gust": float(rng.uniform(0.06, 0.12)), "waves_1": float(rng.integers(1, 4))}
+    gusts |= {"waves_2": float(rng.integers(4, 8)), "profile": 1 / 7}
+    return Wind({k: float(v) for k, v in blow.items()}, {"c_normal": 1.3, "c_tangential": 0.03, **gusts})
 
 
 def _added_mass(a: float, rng: np.random.Generator, s: Setting) -> Effect:
@@ -90,7 +92,7 @@ def _anisotropic_bending(a: float, rng: np.random.Generator, s: Setting) -> Effe
 
 
 def _strain_stiffening(a: float, rng: np.random.Generator, s: Setting) -> Effect:
-    return StrainStiffening({"growth": 20.0 * a})
+    return StrainStiffening({"growth": 20.0 * a}, {"straight": float(rng.uniform(3.5, 5.5))})
 
 
 def _bending_hysteresis(a: float, rng: np.random.Generator, s: Setting) -> Effect:
@@ -106,12 +108,14 @@ def _plastic_crease(a: float, rng: np.random.Generator, s: Setting) -> Effect:
 
 def _rest_curvature(a: float, rng: np.random.Generator, s: Setting) -> Effect:
     angle = rng.uniform(0, 2 * np.pi)
-    return RestCurvature({"kappa_u": float(4 * a * np.cos(angle)), "kappa_v": float(4 * a * np.sin(angle))})
+    curls = {"kappa_u": float(4 * a * np.cos(angle)), "kappa_v": float(4 * a * np.sin(angle))}
+    return RestCurvature(curls, {"fade": float(rng.uniform(0.15, 0.3))})
 
 
 def _shrinkage(a: float, rng: np.random.Generator, s: Setting) -> Effect:
     share = rng.uniform(0.3, 1.0, 2)
-    return Shrinkage({"scale_u": float(1 - 0.015 * a * share[0]), "scale_v": float(1 - 0.015 * a * share[1])})
+    scales = {"scale_u": float(1 - 0.015 * a * share[0]), "scale_v": float(1 - 0.015 * a * share[1])}
+    return Shrinkage(scales, {"uneven": float(rng.uniform(0.15, 0.3)), "way": float(rng.uniform(0, 2 * np.pi))})
 
 
 def _stiff_region(a: float, rng: np.random.Generator, s: Setting) -> Effect:
@@ -153,7 +157,7 @@ def _actuator_lag(a: float, rng: np.random.Generator, s: Setting) -> Effect:
 
 
 def _clock_offset(a: float, rng: np.random.Generator, s: Setting) -> Effect:
-    return ClockOffset({"offset": _sign(rng) * 0.02 * a})
+    return ClockOffset({"offset": _sign(rng) * 0.02 * a}, {"drift": _sign(rng) * float(rng.uniform(2e-5, 8e-5))})
 
 
 def _frame_offset(a: float, rng: np.random.Generator, s: Setting) -> Effect:
