@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.concealed.effects.library import LIBRARY
-from benchmarks.concealed.motions import FREE_MOTIONS, MOTIONS, TABLE_MOTIONS, Motion
+from benchmarks.concealed.motions import FREE_MOTIONS, HANG, MOTIONS, TABLE_MOTIONS, Motion
 from benchmarks.concealed.setting import Setting, draw_setting
 
 STRENGTHS = {"weak": 1.0, "medium": 3.5, "strong": 10.0}
@@ -15,6 +15,10 @@ STRENGTHS = {"weak": 1.0, "medium": 3.5, "strong": 10.0}
 FILMED = 5
 HELD_OUT = 2
 DRAWS = 200
+TABLE_SHARE = 0.5
+"""Of bundles, those with a table among what is filmed beside the effect: which motions there are tells nothing of what is concealed."""
+SHOWN = 3
+"""Of those filmed, motions that show the effect, at least."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,7 @@ def plans(case: Case, setting: Setting) -> list[Plan]:
     Others are of other names, not filmed ones with other amplitudes, and of grips and contacts that filmed ones have.
     """
     rng = case.stream("motions")
-    shown_by = sorted({name for effect in case.effects for name in LIBRARY[effect].shown_by}, key=list(MOTIONS).index)
+    shown_by = _shown_by(case.effects)
     chosen, held_out = (list(case.motions), []) if case.motions else _drawn(case, shown_by, setting, rng)
     out = []
     for number, name in enumerate([*chosen, *held_out]):
@@ -82,14 +86,19 @@ def plans(case: Case, setting: Setting) -> list[Plan]:
 
 
 def _drawn(case: Case, shown_by: list[str], setting: Setting, rng: np.random.Generator) -> tuple[list[str], list[str]]:
-    """Motions to film, in their order, and to hold out; drawn again until what is filmed leaves two that it says enough of."""
+    """Motions to film, in their order, and to hold out; drawn again until what is filmed leaves two that it says enough of.
+
+    Whether a table is among what is filmed beside the effect is drawn once, not again: what is easily found would come more often.
+    """
+    table = bool(rng.random() < TABLE_SHARE)
+    shown_by = shown_by or _shown_by((_likeness(table, rng),))
     for _ in range(DRAWS):
-        pool = _pool(case, shown_by, rng)
-        shown = [str(name) for name in rng.permutation(shown_by or pool)]
-        chosen = _spread(case, shown, rng)
-        rest = [str(name) for name in rng.permutation([name for name in pool if name not in chosen])]
-        chosen += rest[: FILMED - len(chosen)]
-        known = [name for name in rest if name not in chosen and _foretellable(name, chosen, setting)]
+        shown = [str(name) for name in rng.permutation(shown_by)]
+        chosen = _spread(case, shown)
+        chosen += _fillers(chosen, table, rng)[: FILMED - len(chosen)]
+        foretold = _foretellable(chosen, setting)
+        others = [str(name) for name in rng.permutation(list(MOTIONS))]
+        known = [name for name in others if name not in (*chosen, HANG) and name in foretold]
         first = next((name for name in shown if name in known), None)
         others = [name for name in known if name != first]
         if first and others:
@@ -100,34 +109,40 @@ def _drawn(case: Case, shown_by: list[str], setting: Setting, rng: np.random.Gen
     )
 
 
-def _pool(case: Case, shown_by: list[str], rng: np.random.Generator) -> list[str]:
-    """Motions that may be filmed beside those that show the effects."""
-    if any(name in TABLE_MOTIONS for name in shown_by):
-        return [*TABLE_MOTIONS, *rng.choice(FREE_MOTIONS, 3, replace=False)]
-    if case.effects and all(LIBRARY[effect].loose for effect in case.effects) and rng.random() < 0.4:
-        return [*FREE_MOTIONS, *rng.choice(TABLE_MOTIONS, 2, replace=False)]
-    if not case.effects and rng.random() < 0.5:
-        return [*rng.choice(FREE_MOTIONS, 5, replace=False), *TABLE_MOTIONS]
-    return list(FREE_MOTIONS)
+def _shown_by(effects: tuple[str, ...]) -> list[str]:
+    """Motions that show any of the effects, in the order of MOTIONS."""
+    return sorted({name for effect in effects for name in LIBRARY[effect].shown_by}, key=list(MOTIONS).index)
 
 
-def _foretellable(name: str, filmed: list[str], setting: Setting) -> bool:
-    """Whether filmed motions have its table, if it has one, and all of its grips: nothing else tells how those hold the cloth."""
-    seen = [_bare(other, setting) for other in filmed]
-    motion = _bare(name, setting)
-    grips = {block for other in seen for block in other.blocks}
-    return set(motion.blocks) <= grips and (not motion.table or any(other.table for other in seen))
+def _likeness(table: bool, rng: np.random.Generator) -> str:
+    """The effect as which nothing is filmed: one that needs a table only where there is one anyway, so that half have one."""
+    return str(rng.choice([name for name in LIBRARY if table or not set(LIBRARY[name].shown_by) & set(TABLE_MOTIONS)]))
 
 
-def _bare(name: str, setting: Setting) -> Motion:
-    """A motion of that name: amplitudes do not matter to who asks for its grips."""
-    return MOTIONS[name](setting.cloth, setting.columns, setting.rows, np.random.default_rng(0))
+def _fillers(chosen: list[str], table: bool, rng: np.random.Generator) -> list[str]:
+    """Motions to film beside `chosen`, by rank: one over a table and then any, or free ones alone. What is concealed has no say."""
+    order = [str(name) for name in rng.permutation(list(MOTIONS)) if name not in chosen]
+    if not table:
+        return [name for name in order if name in FREE_MOTIONS]
+    first = next(name for name in order if name in TABLE_MOTIONS)
+    return [first, *(name for name in order if name != first)]
 
 
-def _spread(case: Case, shown: list[str], rng: np.random.Generator) -> list[str]:
+def _foretellable(filmed: list[str], setting: Setting) -> set[str]:
+    """Motions of whose table, if they have one, and of all of whose grips there are films: nothing else tells how those hold the cloth."""
+    bare = {
+        name: make(setting.cloth, setting.columns, setting.rows, np.random.default_rng(0))
+        for name, make in MOTIONS.items()
+    }
+    grips = {block for name in filmed for block in bare[name].blocks}
+    table = any(bare[name].table for name in filmed)
+    return {name for name, motion in bare.items() if set(motion.blocks) <= grips and (table or not motion.table)}
+
+
+def _spread(case: Case, shown: list[str]) -> list[str]:
     """The motions that show the effects: three, and for several effects two of each at least."""
     if len(case.effects) < 2:
-        return shown[: min(3, len(shown))]
+        return shown[:SHOWN]
     chosen: list[str] = []
     for effect in case.effects:
         own = [name for name in shown if name in LIBRARY[effect].shown_by]

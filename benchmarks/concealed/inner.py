@@ -8,27 +8,36 @@ from numba import njit
 
 
 @njit(fastmath=True, nogil=True, cache=True, error_model="numpy")
-def _edges(x, v, ahead, inverse, damping, growth, strain, way, rate):
-    """Strain plus damped rate of every edge from k to k + ahead, its vector and its relative velocity."""
+def _edges(x, v, ahead, inverse, damping, growth, straight, uneven, strain, way, rate):
+    """Strain plus damped rate of every edge from k to k + ahead, its vector and its relative velocity.
+
+    `uneven` (count,) is the strain at which an edge is at rest. With `growth` above 0 the secant modulus of what is pulled grows.
+    """
     for k in range(x.shape[1] - ahead):
         a0, a1, a2 = x[0, k + ahead] - x[0, k], x[1, k + ahead] - x[1, k], x[2, k + ahead] - x[2, k]
         b0, b1, b2 = v[0, k + ahead] - v[0, k], v[1, k + ahead] - v[1, k], v[2, k + ahead] - v[2, k]
         green = 0.5 * ((a0 * a0 + a1 * a1 + a2 * a2) * inverse - 1)
-        strain[k] = (1 + growth * max(green, 0.0)) * (green + damping * (a0 * b0 + a1 * b1 + a2 * b2) * inverse)
+        strain[k] = green - uneven[k] + damping * (a0 * b0 + a1 * b1 + a2 * b2) * inverse
         way[0, k], way[1, k], way[2, k] = a0, a1, a2
         rate[0, k], rate[1, k], rate[2, k] = b0, b1, b2
+    if growth > 0.0:  # in a loop of its own: the exponential would slow down every sheet without it
+        for k in range(x.shape[1] - ahead):
+            square = way[0, k] * way[0, k] + way[1, k] * way[1, k] + way[2, k] * way[2, k]
+            pulled = max(0.5 * (square * inverse - 1) - uneven[k], 0.0)
+            strain[k] *= 1 + straight * (1 - np.exp(-growth * pulled / straight))
 
 
 @njit(fastmath=True, nogil=True, cache=True, error_model="numpy")
-def membrane_force(x, v, slow, uu, vv, uv, shear, metric, stride, w_edge, w_cell, force):
-    """Total force (3, count): slow plus membrane. `metric` is 1/rest^2 of u, of v, their root product, damping, growth."""
+def membrane_force(x, v, slow, uu, vv, uv, shear, uneven_u, uneven_v, metric, stride, w_edge, w_cell, force):
+    """Total force (3, count): slow plus membrane. `metric` is 1/rest^2 of u, of v, their root product, damping, growth, straight."""
     count = x.shape[1]
-    inverse_u, inverse_v, inverse_uv, damping, growth = metric[0], metric[1], metric[2], metric[3], metric[4]
+    inverse_u, inverse_v, inverse_uv = metric[0], metric[1], metric[2]
+    damping, growth, straight = metric[3], metric[4], metric[5]
     du, dv, ru, rv = w_edge[0:3], w_edge[3:6], w_edge[6:9], w_edge[9:12]
     su, sv, tu, tv = w_edge[12], w_edge[13], w_edge[14], w_edge[15]
     pp, qq, cu, cv = w_cell[0:3], w_cell[3:6], w_cell[6], w_cell[7]
-    _edges(x, v, 1, inverse_u, damping, growth, su, du, ru)
-    _edges(x, v, stride, inverse_v, damping, growth, sv, dv, rv)
+    _edges(x, v, 1, inverse_u, damping, growth, straight, uneven_u, su, du, ru)
+    _edges(x, v, stride, inverse_v, damping, growth, straight, uneven_v, sv, dv, rv)
     for k in range(count - stride - 1):
         cu[k] = 0.5 * uv[k] * (sv[k] + sv[k + 1])
         cv[k] = 0.5 * uv[k] * (su[k] + su[k + stride])
@@ -86,7 +95,7 @@ def _touch(x, v, inverse_mass, dt, contact):
             sticking[k] = True
             continue
         share = fast_ratio + (1 - fast_ratio) * np.exp(-speed / fading)
-        slow = 1 + (static_ratio - 1) * np.exp(-((speed / stribeck) ** 2))
+        slow = 1 + (static_ratio - 1) * np.exp(-speed / stribeck)
         share *= slow
         limit_x, limit_y = mu_x * normal * share + 1e-300, mu_y * normal * share + 1e-300
         needed = mass * np.sqrt((wx / limit_x) ** 2 + (wy / limit_y) ** 2)
@@ -115,6 +124,8 @@ def inner_steps(
     vv,
     uv,
     shear,
+    uneven_u,
+    uneven_v,
     metric,
     stride,
     w_edge,
@@ -133,7 +144,7 @@ def inner_steps(
     """
     count = x.shape[1]
     for _ in range(number):
-        membrane_force(x, v, slow, uu, vv, uv, shear, metric, stride, w_edge, w_cell, force)
+        membrane_force(x, v, slow, uu, vv, uv, shear, uneven_u, uneven_v, metric, stride, w_edge, w_cell, force)
         for i in range(3):
             for k in range(count):
                 v[i, k] = v[i, k] + dt * inverse_mass[k] * force[i, k]

@@ -19,7 +19,7 @@ class Membrane:
     def __init__(self, sheet: Sheet, held: np.ndarray, damping_s: float | None = None, growth: float | None = None):
         """`held`: flat indices of vertices that follow the grips; they keep the velocity that they are given."""
         grid = sheet.grid
-        self._cells = (sheet.uu_j, sheet.vv_j, sheet.uv_j, sheet.shear_j)
+        self._cells = (sheet.uu_j, sheet.vv_j, sheet.uv_j, sheet.shear_j, sheet.uneven_u, sheet.uneven_v)
         rest_u, rest_v = grid.du_m * sheet.scale_u, grid.dv_m * sheet.scale_v
         self._metric = np.array(
             [
@@ -28,6 +28,7 @@ class Membrane:
                 1 / (rest_u * rest_v),
                 sheet.damping_s if damping_s is None else damping_s,
                 sheet.growth if growth is None else growth,
+                sheet.straight,
             ]
         )
         self._stride = grid.stride

@@ -19,7 +19,13 @@ class Sheet:
     uv_j: np.ndarray
     shear_j: np.ndarray
     growth: float
-    """Modulus of a stretched thread is 1 + growth * strain times that of a slack one."""
+    """Secant modulus of a stretched thread is 1 + straight (1 - exp(-growth * strain / straight)) times that of a slack one."""
+    straight: float
+    """How much stiffer than a slack thread a straight one is: 1, twice as stiff."""
+    uneven_u: np.ndarray
+    """Per edge along u, unlike other arrays at every index: Green's strain of its rest length against the sheet's mean rest spacing."""
+    uneven_v: np.ndarray
+    """The same along v."""
     scale_u: float
     """Rest size over grid size."""
     scale_v: float
@@ -46,6 +52,9 @@ def baseline_sheet(cloth: Cloth, grid: Grid) -> Sheet:
         uv_j=plane * cloth.poisson * area,
         shear_j=cloth.stretch_n_m / (2 * (1 + cloth.poisson)) * area,
         growth=0.0,
+        straight=1.0,
+        uneven_u=np.zeros(grid.count),
+        uneven_v=np.zeros(grid.count),
         scale_u=1.0,
         scale_v=1.0,
         bend_u_n_m3=cloth.bending_n_m * grid.area_m2 * within_u,

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.concealed.case import Case, plans
 from benchmarks.concealed.effects.library import LIBRARY
-from benchmarks.concealed.motions import FREE_MOTIONS, MOTIONS
+from benchmarks.concealed.motions import FREE_MOTIONS, HANG, MOTIONS, TABLE_MOTIONS
 from benchmarks.concealed.setting import draw_setting
 
 NAMES = {
@@ -73,6 +73,50 @@ def test_each_case_films_five_motions_that_show_its_effect_and_two_more():
     for effect in pair.effects:
         assert len(set(shown) & set(LIBRARY[effect].shown_by)) >= 2
     assert set(FREE_MOTIONS) < set(MOTIONS)
+
+
+def filmed(effects: tuple[str, ...], seeds: range) -> list[list[str]]:
+    """Names of the motions of each seed's bundle."""
+    cases = [Case(effects, "medium", seed) for seed in seeds]
+    return [[plan.motion.name for plan in plans(case, case.setting()) if not plan.held_out] for case in cases]
+
+
+FREE = [name for name, recipe in LIBRARY.items() if not set(recipe.shown_by) & set(TABLE_MOTIONS)]
+
+
+def tables(bundles: list[list[str]]) -> list[int]:
+    """How many motions of each bundle have a table."""
+    return [len(set(names) & set(TABLE_MOTIONS)) for names in bundles]
+
+
+def test_half_of_the_bundles_have_a_table_whatever_is_concealed_that_needs_none():
+    """Else whoever sees a table, or none, would know something of the answer. 4.4 standard errors of a fair coin are allowed."""
+    nothing = tables(filmed((), range(300)))
+    something = [number for name in FREE for number in tables(filmed((name,), range(12)))]
+    assert len(FREE) > 20
+    for counts in (nothing, something):
+        assert np.mean(np.array(counts) > 0) == pytest.approx(0.5, abs=4.4 * 0.5 / np.sqrt(len(counts)))
+    assert max(something) == 2
+    assert np.mean(np.array(nothing) > 2) > 0.01, "nothing concealed is also filmed as what needs a table is"
+
+
+def test_what_is_filmed_beside_an_effect_of_the_table_has_a_table_half_the_time_too():
+    more = [number > 3 for number in tables(filmed(("adhesion",), range(150)))]
+    assert np.mean(more) == pytest.approx(0.5, abs=4.4 * 0.5 / np.sqrt(len(more)))
+
+
+def test_a_sheet_that_hangs_still_is_filmed_beside_others_and_is_no_motion_to_foretell():
+    found = [plans(case, case.setting()) for case in (Case(("air_drag",), "medium", seed) for seed in range(60))]
+    names = [[(plan.motion.name, plan.held_out) for plan in some] for some in found]
+    assert any((HANG, False) in some for some in names)
+    assert not any((HANG, True) in some for some in names)
+    assert not any(HANG in recipe.shown_by for recipe in LIBRARY.values())
+    motion = next(plan.motion for some in found for plan in some if plan.motion.name == HANG)
+    shift, turn = motion.course(np.array([0.0, 0.5, 1.1, 2.0, 4.0]))
+    assert shift[1] == pytest.approx(shift[0], abs=1e-12)
+    assert shift[0, :, 2] - shift[2, :, 2] == pytest.approx(0.006, rel=0.2)
+    assert shift[2:] == pytest.approx(np.broadcast_to(shift[2], shift[2:].shape), abs=1e-12)
+    assert turn == pytest.approx(np.broadcast_to(turn[0], turn.shape))
 
 
 @pytest.mark.parametrize("effects", [(), *((name,) for name in LIBRARY), *PAIRS], ids="+".join)

@@ -240,10 +240,12 @@ def test_sliding_sheet_stops_after_the_way_of_coulomb_and_a_stuck_one_stays():
 
 def test_friction_laws_stick_longer_and_slide_along_the_ellipse():
     sticky = Bench(CLOTH, 4, 4, friction=Friction(0.4, 0.4, static_ratio=1.5))
+    sticky.inner *= 0.02  # a step gains little speed against that over which friction falls
     sticky.run(0.05, (9.81 * 0.55, 0.0, -9.81))
     assert np.abs(sticky.v).max() < 1e-12
     sticky.run(0.05, (9.81 * 0.65, 0.0, -9.81))
-    assert sticky.v[0, sticky.grid.inside] == pytest.approx(9.81 * 0.25 * 0.05, rel=0.05)
+    late = 0.005 * np.log(0.25 / 0.05)  # friction that falls by exp(-v / 5 mm/s) from 0.6 to 0.4, integrated
+    assert sticky.v[0, sticky.grid.inside] == pytest.approx(9.81 * 0.25 * 0.05 - late, rel=0.02)
     oval = Bench(CLOTH, 4, 4, friction=Friction(0.6, 0.3))
     oval.v[:2, oval.grid.inside] = 0.5
     oval.run(0.001, (0.0, 0.0, -9.81))

@@ -43,18 +43,26 @@ class Curl(Effect):
 
 @dataclass
 class RestCurvature(Curl):
-    """The sheet without load is curled."""
+    """The sheet without load is curled, less so towards its edges.
+
+    What curls a cloth are stresses between its two faces, from the roll or the finish; at a free edge they can relax (as all stresses of a laminate
+    do there that balance over its thickness). They fade here with the square of the distance from the middle. `kappa_u` and `kappa_v` are the mean
+    over the sheet; with a `fade` of 0.25 the middle has 17 % more, an edge's middle 8 % less, a corner 33 % less.
+    """
 
     name: ClassVar[str] = "rest_curvature"
     formula: ClassVar[str] = (
-        "energy B/2 (kappa - kappa_0)^2 per area and axis, kappa the signed curvature at the vertex normal"
+        "energy B/2 (kappa - kappa_0 f)^2 per area and axis, kappa the signed curvature at the vertex normal, "
+        "f = 1 - fade (s_u^2 + s_v^2 - 2/3) with s from -1 to 1 along u and along v"
     )
 
     def begin(self, world: World) -> None:
-        """A constant moment on top of the plate."""
+        """A moment on top of the plate."""
         super().begin(world)
         rest = np.array([self.parameters["kappa_u"], self.parameters["kappa_v"]])
-        self._moment = -self._stiffness * rest[:, None]
+        s = 2 * self._grid.flat_uv_m / np.array([world.cloth.size_u_m, world.cloth.size_v_m]) - 1
+        here = 1 - self.extras["fade"] * ((s**2).sum(axis=1) - 2 / 3)
+        self._moment = -self._stiffness * rest[:, None] * here
 
 
 @dataclass

@@ -52,8 +52,6 @@ class Recipe:
     """Smallest and largest amplitude that is physically plausible."""
     in_table: bool = True
     """Whether the format names it."""
-    loose: bool = False
-    """Whether it also takes any other motions beside (False: free motions only, unless those that show it need a table)."""
 
 
 def _sign(rng: np.random.Generator) -> float:
@@ -76,7 +74,9 @@ def _wind(a: float, rng: np.random.Generator, s: Setting) -> Effect:
     heading = s.yaw_rad + np.pi / 2 * _sign(rng) + rng.uniform(-0.5, 0.5)
     speed, rising = 0.55 * np.sqrt(a), rng.uniform(-0.15, 0.15)
     blow = {"vx": speed * np.cos(heading), "vy": speed * np.sin(heading), "vz": speed * rising}
-    return Wind({k: float(v) for k, v in blow.items()}, {"c_normal": 1.3, "c_tangential": 0.03})
+    gusts = {"gust": float(rng.uniform(0.06, 0.12)), "waves_1": float(rng.integers(1, 4))}
+    gusts |= {"waves_2": float(rng.integers(4, 8)), "profile": 1 / 7}
+    return Wind({k: float(v) for k, v in blow.items()}, {"c_normal": 1.3, "c_tangential": 0.03, **gusts})
 
 
 def _added_mass(a: float, rng: np.random.Generator, s: Setting) -> Effect:
@@ -92,7 +92,7 @@ def _anisotropic_bending(a: float, rng: np.random.Generator, s: Setting) -> Effe
 
 
 def _strain_stiffening(a: float, rng: np.random.Generator, s: Setting) -> Effect:
-    return StrainStiffening({"growth": 20.0 * a})
+    return StrainStiffening({"growth": 20.0 * a}, {"straight": float(rng.uniform(3.5, 5.5))})
 
 
 def _bending_hysteresis(a: float, rng: np.random.Generator, s: Setting) -> Effect:
@@ -108,12 +108,14 @@ def _plastic_crease(a: float, rng: np.random.Generator, s: Setting) -> Effect:
 
 def _rest_curvature(a: float, rng: np.random.Generator, s: Setting) -> Effect:
     angle = rng.uniform(0, 2 * np.pi)
-    return RestCurvature({"kappa_u": float(4 * a * np.cos(angle)), "kappa_v": float(4 * a * np.sin(angle))})
+    curls = {"kappa_u": float(4 * a * np.cos(angle)), "kappa_v": float(4 * a * np.sin(angle))}
+    return RestCurvature(curls, {"fade": float(rng.uniform(0.15, 0.3))})
 
 
 def _shrinkage(a: float, rng: np.random.Generator, s: Setting) -> Effect:
     share = rng.uniform(0.3, 1.0, 2)
-    return Shrinkage({"scale_u": float(1 - 0.015 * a * share[0]), "scale_v": float(1 - 0.015 * a * share[1])})
+    scales = {"scale_u": float(1 - 0.015 * a * share[0]), "scale_v": float(1 - 0.015 * a * share[1])}
+    return Shrinkage(scales, {"uneven": float(rng.uniform(0.15, 0.3)), "way": float(rng.uniform(0, 2 * np.pi))})
 
 
 def _stiff_region(a: float, rng: np.random.Generator, s: Setting) -> Effect:
@@ -155,7 +157,7 @@ def _actuator_lag(a: float, rng: np.random.Generator, s: Setting) -> Effect:
 
 
 def _clock_offset(a: float, rng: np.random.Generator, s: Setting) -> Effect:
-    return ClockOffset({"offset": _sign(rng) * 0.02 * a})
+    return ClockOffset({"offset": _sign(rng) * 0.02 * a}, {"drift": _sign(rng) * float(rng.uniform(2e-5, 8e-5))})
 
 
 def _frame_offset(a: float, rng: np.random.Generator, s: Setting) -> Effect:
@@ -249,10 +251,10 @@ LIBRARY: dict[str, Recipe] = {
     "adhesion": Recipe(_adhesion, ("lift_off", "peel", "drag_raised", "lay_down"), (0.05, 6.0)),
     "grip_slip": Recipe(_grip_slip, LOADS, (0.002, 4.0)),
     "grip_compliance": Recipe(_grip_compliance, LOADS, (0.05, 8.0)),
-    "actuator_lag": Recipe(_actuator_lag, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 4.0), loose=True),
-    "clock_offset": Recipe(_clock_offset, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 5.0), loose=True),
-    "frame_offset": Recipe(_frame_offset, (*HANGS, *PULLS), (0.05, 5.0), loose=True),
-    "gravity_tilt": Recipe(_gravity_tilt, HANGS, (0.05, 4.0), loose=True),
+    "actuator_lag": Recipe(_actuator_lag, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 4.0)),
+    "clock_offset": Recipe(_clock_offset, (*SWINGS, "swing_in_plane", "heave", "bars_shear"), (0.1, 5.0)),
+    "frame_offset": Recipe(_frame_offset, (*HANGS, *PULLS), (0.05, 5.0)),
+    "gravity_tilt": Recipe(_gravity_tilt, HANGS, (0.05, 4.0)),
     "fan_jet": Recipe(_fan_jet, UPRIGHT, (0.05, 6.0), in_table=False),
     "drying": Recipe(_drying, HANGS, (0.05, 4.0), in_table=False),
     "hidden_thread": Recipe(_hidden_thread, UPRIGHT, (0.02, 20.0), in_table=False),
@@ -260,7 +262,7 @@ LIBRARY: dict[str, Recipe] = {
     "static_charge": Recipe(_static_charge, UPRIGHT, (0.02, 10.0), in_table=False),
     "viscoelastic_creep": Recipe(_viscoelastic_creep, BENDS, (0.1, 3.0), in_table=False),
     "viscous_friction": Recipe(_viscous_friction, TABLE, (0.1, 3.0), in_table=False),
-    "gripper_vibration": Recipe(_gripper_vibration, SWINGS, (0.1, 4.0), in_table=False, loose=True),
-    "rolling_shutter": Recipe(_rolling_shutter, SWINGS, (0.1, 5.0), in_table=False, loose=True),
-    "camera_scale": Recipe(_camera_scale, (*HANGS, *PULLS), (0.1, 3.0), in_table=False, loose=True),
+    "gripper_vibration": Recipe(_gripper_vibration, SWINGS, (0.1, 4.0), in_table=False),
+    "rolling_shutter": Recipe(_rolling_shutter, SWINGS, (0.1, 5.0), in_table=False),
+    "camera_scale": Recipe(_camera_scale, (*HANGS, *PULLS), (0.1, 3.0), in_table=False),
 }

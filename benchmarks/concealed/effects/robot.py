@@ -14,19 +14,24 @@ from benchmarks.concealed.world import State, World
 
 @dataclass
 class ActuatorLag(Effect):
-    """Each coordinate of the pose follows its command with a first-order lag."""
+    """Each coordinate of the pose follows its command as a critically damped servo, of second order.
+
+    A drive whose position loop is tuned not to overshoot: T^2 p'' + 2 T p' + p = command with T half the `time_constant`, which is two lags of T
+    one after the other. A steady motion is late by `time_constant`, as after one lag of first order with that time, and so is the response to any
+    command on the mean (the first moment of the impulse response); a jump starts smoothly and is caught up with sooner.
+    """
 
     name: ClassVar[str] = "actuator_lag"
     formula: ClassVar[str] = (
-        "time_constant * dp/dt = command - p, the same for the rotation's vector against the first pose"
+        "(time_constant / 2)^2 p'' + time_constant p' + p = command, the same for the rotation's vector against the first pose"
     )
 
     def poses(self, times_s: np.ndarray, poses: Poses) -> Poses:
-        """Filter from the first pose on; exact for commands that are straight between samples (first-order hold)."""
+        """Filter from the first pose on; each of both lags is exact for what is straight between samples (first-order hold)."""
         if len(times_s) < 2:
             return poses
         step = times_s[1] - times_s[0]
-        time = self.parameters["time_constant"]
+        time = self.parameters["time_constant"] / 2
         decay = np.exp(-step / time)
         after = 1 - time / step * (1 - decay)
         ahead, behind = after, 1 - decay - after
@@ -39,8 +44,10 @@ class ActuatorLag(Effect):
 
 
 def _follow(command: np.ndarray, ahead: float, behind: float, decay: float) -> np.ndarray:
-    """y[n] = decay y[n-1] + ahead u[n] + behind u[n-1] along axis 0, from 0."""
-    return lfilter([ahead, behind], [1.0, -decay], command, axis=0)
+    """y[n] = decay y[n-1] + ahead u[n] + behind u[n-1] along axis 0, from 0; twice."""
+    for _ in range(2):
+        command = lfilter([ahead, behind], [1.0, -decay], command, axis=0)
+    return command
 
 
 @dataclass

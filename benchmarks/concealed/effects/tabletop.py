@@ -11,11 +11,15 @@ from benchmarks.concealed.world import Environment, State, World
 
 @dataclass
 class StaticFriction(Effect):
-    """Stuck cloth holds more than sliding cloth: stick and slip are states (Karnopp 1985), with Stribeck's fall between."""
+    """Stuck cloth holds more than sliding cloth: stick and slip are states (Karnopp 1985), with Stribeck's fall between.
+
+    It falls exponentially (Tustin 1947), not as a bell curve: at `stribeck_speed` both have fallen by the same, below it this one has fallen further. `ratio`
+    is that of the largest friction before it slides to the one at speed, in both.
+    """
 
     name: ClassVar[str] = "static_friction"
     formula: ClassVar[str] = (
-        "sticks until ratio * mu * N, slides with mu N (1 + (ratio - 1) exp(-(v / stribeck_speed)^2)), "
+        "sticks until ratio * mu * N, slides with mu N (1 + (ratio - 1) exp(-v / stribeck_speed)), "
         "sticks again at zero speed"
     )
 

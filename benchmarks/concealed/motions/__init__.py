@@ -8,5 +8,7 @@ MOTIONS = {**hanging.MOTIONS, **pulling.MOTIONS, **tabletop.MOTIONS}
 
 TABLE_MOTIONS = tuple(tabletop.MOTIONS)
 FREE_MOTIONS = (*hanging.MOTIONS, *pulling.MOTIONS)
+HANG = hanging.hang.__name__
+"""Filmed beside others alone: it shows nothing best, and what hangs still leaves nothing to foretell."""
 
-__all__ = ["FREE_MOTIONS", "MOTIONS", "TABLE_MOTIONS", "Motion"]
+__all__ = ["FREE_MOTIONS", "HANG", "MOTIONS", "TABLE_MOTIONS", "Motion"]

@@ -1,4 +1,4 @@
-"""Motions of a sheet that hangs from two corner grippers or from a clamp: swings, twist, tilt, bounce."""
+"""Motions of a sheet that hangs from two corner grippers or from a clamp: still, swings, twist, tilt, bounce."""
 
 import numpy as np
 
@@ -33,6 +33,16 @@ def _from_corners(name: str, cloth: Cloth, columns: int, rows: int, parts, slack
 
 def _from_bar(name: str, cloth: Cloth, columns: int, rows: int, parts) -> Motion:
     return Motion(name, False, bar(columns, rows), HANGING, hanging_origin(cloth), course_of(1, parts))
+
+
+def hang(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
+    """Both corners a few millimetres down, once; then the sheet hangs still."""
+    way = 0.006 * rng.uniform(0.85, 1.15)
+
+    def parts(t, shift, turn):
+        shift[:, :, UP] -= (way * rise(t, MOVES_AT_S, 0.5))[:, None]
+
+    return _from_corners("hang", cloth, columns, rows, parts)
 
 
 def swing_out(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) -> Motion:
@@ -150,6 +160,7 @@ def bar_roll(cloth: Cloth, columns: int, rows: int, rng: np.random.Generator) ->
 MOTIONS = {
     make.__name__: make
     for make in (
+        hang,
         swing_out,
         fast_swing,
         swing_in_plane,
