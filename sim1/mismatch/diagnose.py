@@ -71,8 +71,11 @@ def diagnose(
     thresholds: Thresholds = THRESHOLDS,
     progress: Callable[[float, str], None] = lambda s, w: None,
     patience: Patience | None = None,
+    kind: type[Engine] = Engine,
 ) -> Diagnosis:
     """Diagnose a bundle; what is known when `patience` ends is reported.
+
+    `kind`: of engine, for those that leave something out to learn what it is worth.
 
     Raises:
         BadInput: fewer than two recordings.
@@ -81,7 +84,7 @@ def diagnose(
         raise BadInput(
             f"bundle.yaml: {len(bundle.recordings)} recording; a diagnosis needs two or more, one of them to test what the others taught"
         )
-    with Engine(bundle, patience=patience) as engine:
+    with kind(bundle, patience=patience) as engine:
         return _diagnose(engine, bundle, thresholds, progress)
 
 

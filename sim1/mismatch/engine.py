@@ -44,6 +44,8 @@ class _Stage:
 class Engine:
     """The recordings of a bundle, ready to be simulated; a context, as it owns processes."""
 
+    projects = True  # whether shortlists take out of a fingerprint what the model can imitate; off, it shows what that is worth
+
     def __init__(
         self,
         bundle: Bundle,

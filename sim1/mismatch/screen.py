@@ -65,7 +65,10 @@ def possible(site: Site, unknowns_terms: tuple[Term, ...]) -> list[type[Effect]]
 
 
 def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list[Candidate]:
-    """Candidates, best first: one per effect, at its best variant."""
+    """Candidates, best first: one per effect, at its best variant.
+
+    Where the engine does not project, each is asked for with the model's own coefficients held, as if they could imitate nothing of it.
+    """
     unknowns = fit.unknowns
     tries = [(effect, variant) for effect in possible(site, unknowns.terms) for variant in effect.variants(site)]
     base = unknowns.world(fit.z)
@@ -97,6 +100,8 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
         term = Term.of(effect, variant)
         g = {name: extra[name][:, columns] for name in names}
         cross = sum((slopes[n].T * w[n]) @ g[n] for n in names)
+        if not engine.projects:
+            cross = np.zeros_like(cross)
         own = sum((g[n].T * w[n]) @ g[n] for n in names)
         normal = np.block([[normal0, cross], [cross.T, own + np.eye(len(columns))]])
         gradient = np.concatenate([gradient0, sum(g[n].T @ (w[n] * residuals[n]) for n in names)])

@@ -60,6 +60,25 @@ def test_where_the_sheet_finds_no_way_on_the_coarser_mesh_the_working_one_tells(
     assert set(asked) == {engine.finest - 1, engine.finest}
 
 
+def test_without_projection_the_fabric_stays_and_what_it_could_imitate_counts_as_told(engine, base, monkeypatch):
+    def shortlist():
+        found = screen(engine, base, site_of(engine, base.unknowns.world(base.z)), engine.names)
+        return {one.term.effect.name: one for one in found}
+
+    projected = shortlist()
+    monkeypatch.setattr(engine, "projects", False)
+    plain = shortlist()
+    assert plain.keys() == projected.keys()
+    kept = []
+    for name, one in plain.items():
+        assert one.start[: len(base.z)] == pytest.approx(base.z, abs=1e-6)
+        kept += list(np.divide(projected[name].information, one.information))
+    assert max(kept) <= 1.0 + 1e-6
+    assert min(kept) < 0.9  # of some fingerprint the fabric imitates a good part
+    moved = projected["air_drag"].start[: len(base.z)] - base.z
+    assert np.abs(moved).max() > 1e-3  # what imitated the drag is given up as it comes in
+
+
 def test_what_half_a_step_changes_tells_what_a_step_gets_wrong(engine):
     """Against a step that is eight times as fine; what is left of the error is of higher order."""
     world = plain_world(engine.bundle)
