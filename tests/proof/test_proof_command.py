@@ -3,11 +3,13 @@
 import json
 import shlex
 import shutil
+import sys
 
 from proof_stand_ins import notes, write_programs
 from typer.testing import CliRunner
 
 from assets_defs.cli import app
+from benchmarks.concealed.effects.library import LIBRARY
 from pipeline.home import REPOSITORY
 
 
@@ -67,7 +69,10 @@ def test_an_interruption_says_how_to_go_on_with_what_was_asked(tmp_path, monkeyp
 
 def test_a_seed_that_draws_what_set_the_thresholds_is_refused_and_nothing_is_begun(tmp_path):
     stored = json.loads((REPOSITORY / "docs" / "campaign" / "along" / "answers" / "drawn.json").read_text())
-    said = prove("--cases", 60, "--seed", stored["seed"], "--out", tmp_path / "out")
+    listed = [f"{name} {'table' if recipe.in_table else 'outside'}" for name, recipe in LIBRARY.items()]
+    (tmp_path / "lists.py").write_text(f"print({chr(10).join(listed)!r})")  # as the laboratory does, without what films
+    laboratory = shlex.join((sys.executable, str(tmp_path / "lists.py")))
+    said = prove("--cases", 60, "--seed", stored["seed"], "--laboratory", laboratory, "--out", tmp_path / "out")
     assert said.exit_code == 2
     words = " ".join(said.output.split())
     assert f"--seed {stored['seed']}: draws nothing concealed with seed 777156727 (20 such), a case by which" in words

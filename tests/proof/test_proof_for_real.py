@@ -14,6 +14,7 @@ NOTHING, DRAG, STRANGE = (
     {"effects": ["air_drag"], "strength": "strong", "seed": 102},
     {"effects": ["hidden_thread"], "strength": "strong", "seed": 103},
 )
+pytestmark = pytest.mark.timeout(3600)  # whichever test comes first has everything filmed and diagnosed
 CASES = ("case_001", "case_002", "case_003")
 
 

@@ -48,6 +48,7 @@ def diagnosed(campaign: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 def test_the_real_diagnosis_writes_the_same_to_the_byte_with_wrong_answers_in_and_beside_its_bundle(films, tmp_path):
     found = {}
     for name in ("alone", "planted"):
