@@ -18,7 +18,8 @@ def prove(
     seed: Annotated[int | None, typer.Option(min=0, help="Of the draw; fresh entropy where not given.")] = None,
     out: Annotated[Path, typer.Option(help="Folder of the campaign; one that is there goes on.")] = Path("build/proof"),
     strength: Annotated[
-        Literal["weak", "medium", "strong"] | None, typer.Option(help="Of the concealed effects; medium.")
+        Literal["weak", "medium", "strong"] | None,
+        typer.Option(help="Of all concealed effects, in place of one drawn for each case."),
     ] = None,
     cases_file: Annotated[
         Path | None,
@@ -99,13 +100,15 @@ def prove(
         again = [*(["--oracle"] if oracle else []), *(["--baselines"] if baselines else []), "--out", str(out)]
         typer.secho(f"stopped; `sim1 prove {' '.join(again)}` goes on where it was", err=True)
         raise typer.Exit(130) from None
-    from sim1.proof.page import said
+    from sim1.proof.page import by_strength, said
 
     totals = found.totals
     print(
-        f"{len(found.outcomes)} of {found.drawn} cases scored: single effects named: {said(totals.named)}; "
+        f"{len(found.outcomes)} of {found.drawn} cases scored: single effects, medium and strong, named: {said(totals.named)}; "
         f"nothing concealed called none: {said(totals.nulls_called_none)}; {out / 'proof.html'}"
     )
+    for line in by_strength(totals):
+        print(line)
 
 
 def _of_a_run(wish, parallel: int | None, limit_minutes: float | None, only_films: bool) -> list[str]:

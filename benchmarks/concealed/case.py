@@ -9,8 +9,10 @@ from benchmarks.concealed.effects.library import LIBRARY
 from benchmarks.concealed.motions import FREE_MOTIONS, HANG, MOTIONS, TABLE_MOTIONS, Motion
 from benchmarks.concealed.setting import Setting, draw_setting
 
-STRENGTHS = {"weak": 1.0, "medium": 3.5, "strong": 10.0}
-"""Change of the markers over the noise, both root mean square, in the motions that show the effect best."""
+STRENGTHS = {"weak": 0.3, "medium": 3.5, "strong": 10.0}
+"""Change of the markers over the noise, both root mean square, in the motions that show the effect best.
+
+Weak is below what a diagnosis can detect: what it says from there on that an effect shows was a fifth of medium, in the median of a campaign."""
 
 FILMED = 5
 HELD_OUT = 2

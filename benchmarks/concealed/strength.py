@@ -11,8 +11,10 @@ from benchmarks.concealed.effects.library import LIBRARY
 from benchmarks.concealed.film import Stage, Track, film
 from benchmarks.concealed.imitation import CHECK_TIMES_S, Changes, imitations, own
 
-USUAL = {"weak": 0.3, "medium": 1.0, "strong": 2.5}
+USUAL = {"weak": 0.1, "medium": 1.0, "strong": 2.5}
 """Amplitude to begin with."""
+WEAK_LEAST = 0.02
+"""Of a recipe's smallest amplitude, that a weak effect may have: many are of medium strength near theirs."""
 WITHIN = np.log(1.4)
 CORRECTIONS = 2
 """Films of the laboratory's grid at an amplitude that was found on the bundle's own mesh."""
@@ -174,14 +176,21 @@ def _tuned(case: Case, scale: Scale, name: str, usual: float, tries: int) -> Tun
         films = scale.films(name, effect)
         return scale.strength(name, effect, films) / wanted, Tuned(effect, amplitude, films)
 
-    near = nearest_to_one(rough, usual, recipe.amplitudes, tries)
-    return nearest_to_one(fine, near, recipe.amplitudes, CORRECTIONS)
+    limits = amplitudes(name, case.strength)
+    near = nearest_to_one(rough, usual, limits, tries)
+    return nearest_to_one(fine, near, limits, CORRECTIONS)
+
+
+def amplitudes(name: str, strength: str) -> tuple[float, float]:
+    """Smallest and largest amplitude of an effect that is sought: a weak one may be as small as it must."""
+    low, high = LIBRARY[name].amplitudes
+    return (WEAK_LEAST * low if strength == "weak" else low), high
 
 
 def _again(case: Case, scale: Scale, name: str, found: Tuned, tries: int) -> Tuned:
     """The first effect, which was tuned with nothing beside it: once more, where the others take so much of it that it is not as strong as asked."""
     share = max(scale.strength(name, found.effect, found.films) / STRENGTHS[case.strength], 1e-9)
-    following = float(np.clip(found.amplitude / share, *LIBRARY[name].amplitudes))
+    following = float(np.clip(found.amplitude / share, *amplitudes(name, case.strength)))
     if abs(np.log(share)) < WITHIN or following == found.amplitude:
         return found
     other = _tuned(case, scale, name, following, tries)

@@ -54,11 +54,15 @@ def read_answers(path: Path, asked: Case | None = None) -> Answers:
             raise BadInput(
                 f"{path}: {effect.name}: {bad[0]} is {effect.parameters[bad[0]]:g}, must be above 0; {REMEDY}"
             )
-    if asked and (sorted(answers.case.effects), answers.case.seed) != (sorted(asked.effects), asked.seed):
-        raise BadInput(
-            f"{path}: answers for {list(answers.case.effects)} with seed {answers.case.seed}, drawn were {list(asked.effects)} with {asked.seed}"
-        )
+    if asked and _of(answers.case) != _of(asked):
+        raise BadInput(f"{path}: answers for {_of(answers.case)}, drawn were {_of(asked)}; {REMEDY}")
     return answers
+
+
+def _of(case: Case) -> str:
+    """A question in words; how strong nothing is means nothing."""
+    strength = f", {case.strength}" if case.effects else ""
+    return f"{sorted(case.effects)}{strength} with seed {case.seed}"
 
 
 def read_courses(path: Path, recordings: Iterable[str] = ()) -> dict[str, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Which cases a proof is made of: drawn by chance, mixed so that every beginning of the list is a fair sample."""
+"""Which cases a proof is made of: drawn by chance, mixed so that every beginning of the list is a fair sample; weak single effects come last."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -14,6 +14,8 @@ from sim1.data_file import explained
 from sim1.mismatch.strict_json import Strict
 from sim1.stage import BadInput
 
+type Strength = Literal["weak", "medium", "strong"]
+
 WHOLE = 60  # cases from which every effect of the table stands among them
 MIX = {
     "null": Fraction(20, 60),
@@ -25,13 +27,14 @@ TWINS = frozenset(  # pairs that are no two things: measured alike, or one of th
     for pair in (("clock_offset", "actuator_lag"), ("frame_offset", "gravity_tilt"), ("air_drag", "wind"))
 )
 SEEDS = 2**32  # of cases
+SHOWING: tuple[Strength, ...] = ("medium", "strong")  # strengths that should be found
 
 
 class Case(Strict):
     """What the laboratory is asked for."""
 
     effects: tuple[str, ...]  # none: nothing is concealed
-    strength: Literal["weak", "medium", "strong"] = "medium"
+    strength: Strength = "medium"  # means nothing where nothing is concealed
     seed: pydantic.NonNegativeInt
 
 
@@ -41,9 +44,11 @@ def draw_cases(
     *,
     table: Sequence[str],
     outside: Sequence[str],
-    strength: Literal["weak", "medium", "strong"] = "medium",
+    strength: Strength | None = None,
 ) -> tuple[Case, ...]:
     """Draw `count` cases; `table` and `outside` are the effects that the laboratory knows, with and without a name in the format.
+
+    Without `strength`, one is drawn for each case (`_strengths`), which leaves effects and seeds as they are with one.
 
     Raises:
         BadInput: fewer than one case, or a laboratory without effects to draw from.
@@ -66,7 +71,22 @@ def draw_cases(
     order = _mixed(counts, stream)
     seeds = stream.integers(SEEDS, size=count)
     drawn = (lots[kind].pop() for kind in order)
-    return tuple(Case(effects=effects, strength=strength, seed=int(s)) for effects, s in zip(drawn, seeds, strict=True))
+    strengths = [strength] * count if strength else _strengths(order, len(table), seed)
+    return tuple(
+        Case(effects=effects, strength=strong, seed=int(s))
+        for effects, strong, s in zip(drawn, strengths, seeds, strict=True)
+    )
+
+
+def _strengths(order: Sequence[str], deck: int, seed: int) -> list[Strength]:
+    """Of cases of these kinds, by a stream of their own: a fair coin's, but weak where every effect of the table, `deck` of them, was there already."""
+    stream = np.random.default_rng(np.random.SeedSequence(seed).spawn(1)[0])
+    strengths: list[Strength] = [SHOWING[k] for k in stream.integers(len(SHOWING), size=len(order))]
+    singles = [place for place, kind in enumerate(order) if kind == "single"]
+    strengths = ["medium" if kind == "null" else one for kind, one in zip(order, strengths, strict=True)]
+    for place in singles[deck:]:
+        strengths[place] = "weak"
+    return strengths
 
 
 def composition(count: int) -> dict[str, int]:

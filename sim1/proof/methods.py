@@ -18,13 +18,13 @@ class Method(Strict):
 
     name: str
     cases: int
-    singles: Share | None  # named right and alone; None in the first four: it gives no names
+    singles: Share | None  # medium and strong, named right and alone; None in the first four: it gives no names
     nulls: Share | None  # called none
     outside: Share | None  # without a name, and not called none
     several: Share | None  # all named and no other
     heldout: (
         float | None
-    )  # median of its error over that of parameters alone, where effects of the table were concealed
+    )  # median of its error over that of parameters alone, where effects of the table were concealed, weak single ones aside
     heldout_cases: int
     lost: int  # of these: no simulation with what it adds finds its way, infinitely far off in the medians
     gap_closed: float | None  # median share of the oracle's gain
@@ -122,6 +122,7 @@ def _row(label: str, outcomes: Sequence[Outcome], rule) -> Method:
         (one, answer.heldout_mm)
         for one, answer in said
         if one.kind not in WITHOUT
+        and not one.weak
         and one.found
         and one.found.heldout_mm[0] is not None
         and answer.heldout_mm is not None
@@ -147,5 +148,7 @@ def _right(kind: Literal["null", "outside", "several", "single"], said: Sequence
     if any(answer.verdict is None for _, answer in said):
         return None
     return share_of(
-        is_right(kind, tuple(one.concealed), answer.verdict, answer.named) for one, answer in said if one.kind == kind
+        is_right(kind, tuple(one.concealed), answer.verdict, answer.named)
+        for one, answer in said
+        if one.kind == kind and not one.weak
     )

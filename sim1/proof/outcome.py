@@ -61,7 +61,7 @@ class Outcome(Strict):
     case: str
     kind: Literal["null", "outside", "several", "single"]
     concealed: dict[str, dict[str, float]]  # effect -> its true parameters
-    strength: str
+    strength: str  # as the laboratory was asked
     seed: int
     places_given: bool
     verdict: Literal["none", "named", "ambiguous", "unknown", "failed"]
@@ -83,6 +83,16 @@ class Outcome(Strict):
     oracle_s: float | None = None  # None: not asked
     oracle_lost: dict[str, str] = pydantic.Field(default_factory=dict)  # as `Oracle.lost`
     baselines: Baselines | None = None  # None: not asked
+
+    @property
+    def weak(self) -> bool:
+        """Whether it is a single effect below what should be found: no name is the honest answer to it, and counted apart."""
+        return self.kind == "single" and self.strength == "weak"
+
+    @property
+    def wrong(self) -> bool:
+        """Whether something was said that is not so, or nothing where something should be; of a weak effect silence is no fault."""
+        return not self.right and not (self.weak and self.verdict in ("none", "unknown", "ambiguous"))
 
     @property
     def gap_closed(self) -> float | None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from sim1.proof.proof import Proof
-from sim1.proof.totals import NAMELESS, Share
+from sim1.proof.totals import NAMELESS, Share, Totals
 
 
 def write_page(path: Path, proof: Proof) -> None:
@@ -27,6 +27,16 @@ def said(share: Share) -> str:
     if share.low is None or share.high is None:
         return f"{share.count} of {share.of}"
     return f"{share.count} of {share.of} (95 % interval {100 * share.low:.0f} to {100 * share.high:.0f} %)"
+
+
+def by_strength(totals: Totals) -> list[str]:
+    """Single effects by their strength, lines for a person who reads a terminal; none of a strength that was not tried."""
+    return [
+        f"  one effect, {name}: named right {said(of.named)}; first in the ranking {said(of.first_ranked)}; called none {of.called_none}, "
+        f"unknown or ambiguous {of.called_unknown}, a wrong name {of.wrong_name}, failed {of.failed}"
+        for name, of in totals.by_strength.items()
+        if of.named.of
+    ]
 
 
 def _shades(row: tuple[int, ...]) -> list[float]:

@@ -1,6 +1,6 @@
-"""`proof.json`, schema `sim1.proof/2`: all that a campaign has shown so far. It tells of diagnosed cases alone: what comes stays concealed."""
+"""`proof.json`, schema `sim1.proof/3`: all that a campaign has shown so far. It tells of diagnosed cases alone: what comes stays concealed."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Sequence
 from typing import Literal
 
 import pydantic
@@ -11,6 +11,7 @@ from sim1.proof.answers import kind_from
 from sim1.proof.draw import Case
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.found_seal import Diagnosed, check_found, diagnosed
+from sim1.proof.fresh import null_seeds
 from sim1.proof.ledger import Begun, Commitment, Ended, read_lines
 from sim1.proof.methods import Method, methods_of
 from sim1.proof.outcome import Outcome, is_right
@@ -30,7 +31,7 @@ class NotScored(Strict):
 class Proof(Strict):
     """Contents of `proof.json`."""
 
-    schema_: Literal["sim1.proof/2"] = pydantic.Field(default="sim1.proof/2", alias="schema")
+    schema_: Literal["sim1.proof/3"] = pydantic.Field(default="sim1.proof/3", alias="schema")
     drawn: int  # cases
     chosen: bool  # by a person, in a file, rather than drawn
     seed: str | None  # of the draw; told when no case is left
@@ -45,6 +46,9 @@ class Proof(Strict):
     outcomes: tuple[Outcome, ...]
     not_scored: tuple[NotScored, ...]
     carried: tuple[str, ...]  # cases that were scored elsewhere: their answers are not here to be checked again
+    of_thresholds: tuple[
+        str, ...
+    ]  # scored cases with nothing concealed by which the thresholds in force were chosen: no proof
     films_unsealed: tuple[str, ...]  # scored cases that were committed to by earlier code, to their answers alone
     diagnosed: Diagnosed
     commitments: tuple[Commitment, ...]
@@ -96,8 +100,9 @@ def _carried(files: Files, drawn: Drawn, case: str) -> Outcome | NotScored:
         stored = read_json(path, Outcome, "bring it again, or remove it and the case's record")
     except BadInput as damage:
         return NotScored(case=case, why=str(damage))
-    if (stored.case, sorted(stored.concealed), stored.seed) != (case, sorted(asked.effects), asked.seed):
-        why = f"is of {stored.case}, {_of(stored.concealed, stored.seed)}; drawn was {_of(asked.effects, asked.seed)}"
+    of, drawn_was = _of(stored.concealed, stored.strength, stored.seed), _of(asked.effects, asked.strength, asked.seed)
+    if (stored.case, of) != (case, drawn_was):
+        why = f"is of {stored.case}, {of}; drawn was {drawn_was}"
     elif not any(line.of == case for line in read_commitments(files.root)):
         why = "has no line in commitments.jsonl: nobody committed to its answers"
     elif stored.kind != (kind := kind_from([name in EFFECTS for name in asked.effects])):
@@ -111,8 +116,8 @@ def _carried(files: Files, drawn: Drawn, case: str) -> Outcome | NotScored:
     )
 
 
-def _of(effects: Iterable[str], seed: int) -> str:
-    return f"{'+'.join(sorted(effects)) or 'nothing'}, seed {seed}"
+def _of(effects: Collection[str], strength: str, seed: int) -> str:
+    return f"{'+'.join(sorted(effects))}, {strength}, seed {seed}" if effects else f"nothing, seed {seed}"
 
 
 def _asked(drawn: Drawn, case: str) -> Case:
@@ -124,6 +129,7 @@ def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequ
     outcomes = sorted((one for one in judged if isinstance(one, Outcome)), key=lambda one: one.case)
     commitments, lines = read_commitments(files.root), read_lines(files.root)
     sealed = {one.of for one in commitments if covers_films(one)}
+    known = null_seeds()
     codes = {one.code_sha256 for one in outcomes} | {c.code_sha256 for c in commitments}
     return Proof(
         drawn=len(drawn.cases),
@@ -140,6 +146,7 @@ def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequ
         outcomes=tuple(outcomes),
         not_scored=tuple(sorted((one for one in judged if isinstance(one, NotScored)), key=lambda one: one.case)),
         carried=tuple(one.case for one in outcomes if files.carried(one.case)),
+        of_thresholds=tuple(one.case for one in outcomes if one.kind == "null" and one.seed in known),
         films_unsealed=tuple(one.case for one in outcomes if one.case not in sealed),
         diagnosed=diagnosed(lines, [one.case for one in outcomes]),
         commitments=commitments,

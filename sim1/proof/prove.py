@@ -42,7 +42,15 @@ def line(judged: Outcome | NotScored) -> str:
         return f"{judged.case}: not scored, {judged.why}"
     concealed, named = (" + ".join(sorted(names)) or "nothing" for names in (judged.concealed, judged.named))
     found = f" {named}" if judged.named else ""
-    return f"{judged.case}: {judged.verdict}{found} in {judged.seconds:.0f} s; concealed was {concealed}: {'right' if judged.right else 'WRONG'}"
+    return (
+        f"{judged.case}: {judged.verdict}{found} in {judged.seconds:.0f} s; concealed was {concealed}: {_worth(judged)}"
+    )
+
+
+def _worth(outcome: Outcome) -> str:
+    if outcome.right:
+        return "right"
+    return "WRONG" if outcome.wrong else "weak, not named"
 
 
 def _time_left(left: int, hours: float) -> str:

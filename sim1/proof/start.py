@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from sim1.mismatch.strict_json import read_json
-from sim1.proof.draw import draw_cases, read_cases
+from sim1.proof.draw import Strength, draw_cases, read_cases
 from sim1.proof.files import Drawn, Files, write_whole
+from sim1.proof.fresh import FILE, null_seeds
 from sim1.proof.laboratory import Laboratory
 from sim1.proof.seal import LIST, check, commit, read_commitments
 from sim1.stage import BadInput
@@ -21,7 +22,7 @@ class Wish:
     cases: int | None = None
     cases_file: Path | None = None
     seed: int | None = None
-    strength: str | None = None
+    strength: Strength | None = None
     laboratory: tuple[str, ...] | None = None
 
     def said(self) -> list[str]:
@@ -33,7 +34,8 @@ def open_campaign(files: Files, wish: Wish, laboratory: tuple[str, ...], home: P
     """The drawn list of a campaign: the one that is there, or a new one, which is then committed to.
 
     Raises:
-        BadInput: there is one and something else is asked for; or too little is said to begin; or the list has changed.
+        BadInput: there is one and something else is asked for; or too little is said to begin; or the list has changed;
+            or the seed draws a case by which thresholds were set.
     """
     if files.drawn.is_file():
         if said := wish.said():
@@ -54,7 +56,13 @@ def open_campaign(files: Files, wish: Wish, laboratory: tuple[str, ...], home: P
     else:
         seed = wish.seed if wish.seed is not None else int(np.random.SeedSequence().entropy)
         table, outside = Laboratory(command=wish.laboratory or laboratory, home=home).effects()
-        cases = draw_cases(wish.cases, seed, table=table, outside=outside, strength=wish.strength or "medium")
+        cases = draw_cases(wish.cases, seed, table=table, outside=outside, strength=wish.strength)
+        chosen_by = null_seeds()
+        if known := [case.seed for case in cases if not case.effects and case.seed in chosen_by]:
+            raise BadInput(
+                f"--seed {seed}: draws nothing concealed with seed {known[0]} ({len(known)} such), a case by which {FILE} was set, so that it proves nothing; "
+                "give another --seed or none. To set thresholds anew by such cases, list them for --cases-file"
+            )
     drawn = Drawn(
         nonce=secrets.token_hex(16),
         seed=None if seed is None else str(seed),

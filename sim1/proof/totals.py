@@ -7,10 +7,12 @@ from scipy.stats import binomtest
 
 from sim1.clustered_share import clustered_interval
 from sim1.mismatch.strict_json import Strict
+from sim1.proof.draw import Strength
 from sim1.proof.errors import effect_errors, relative_error
 from sim1.proof.outcome import Outcome, or_infinite
 
 WORSE = 0.02  # of the baseline's error: a rise beyond it is told
+STRENGTHS: tuple[Strength, ...] = ("weak", "medium", "strong")
 NAMELESS = ("none", "unknown", "ambiguous", "failed")  # columns of the confusion matrix that are no names
 
 
@@ -31,11 +33,25 @@ class Extreme(Strict):
     after_mm: float
 
 
-class Totals(Strict):
-    """All cases together; a share counts cases that failed as wrong."""
+class OfStrength(Strict):
+    """Cases of one effect of the table, of one strength."""
 
-    named: Share  # cases of one effect of the table, named right and alone
-    effects_ever_named: Share  # different effects of the table that were concealed alone and named at least once
+    named: Share  # right and alone
+    first_ranked: Share  # came first in the ranking, whatever the verdict
+    called_none: int
+    called_unknown: int  # or ambiguous
+    wrong_name: int  # named, and anything else beside or in place of it
+    failed: int
+
+
+class Totals(Strict):
+    """All cases together; a share counts cases that failed as wrong. Weak single effects, below what should be found, count where it is said."""
+
+    named: Share  # cases of one effect of the table, medium and strong, named right and alone
+    by_strength: dict[Strength, OfStrength]  # cases of one effect of the table, the weak ones too
+    effects_ever_named: (
+        Share  # different effects of the table that were concealed alone, not weak, and named at least once
+    )
     nulls_called_none: Share
     nulls_with_names: Share  # verdict named or ambiguous, with nothing concealed
     false_names: dict[str, int]  # among nulls: effect -> how often
@@ -43,9 +59,9 @@ class Totals(Strict):
     outside_ambiguous: Share  # of these, called ambiguous: that lists names, none of them alone
     several_named: Share  # cases of two effects or more, all named and no other
     several_partly: Share  # at least one of them, and none that was not concealed; holds the row above
-    named_above_limit: Share  # of single effects at least as strong as the diagnosis asks for
+    named_above_limit: Share  # of single effects, the weak ones too, at least as strong as the diagnosis asks for
     named_below_limit: Share
-    first_ranked: Share  # single effects that came first in the ranking, whatever the verdict
+    first_ranked: Share  # single effects, medium and strong, that came first in the ranking, whatever the verdict
     effect_intervals: Share  # that hold the true coefficient
     effect_error: (
         float | None
@@ -54,12 +70,12 @@ class Totals(Strict):
     fabric_error: float | None
     place_auc: float | None  # median, where force is local
     gap_closed: float | None  # median share of the oracle's gain held out; None: of no case known
-    gaps: int  # cases in which there was one to close
+    gaps: int  # cases, weak single effects aside, in which there was one to close
     heldout_worse: tuple[str, ...]  # cases, whatever was concealed, in which that error rose by more than `WORSE`, or:
     heldout_lost: tuple[str, ...]  # in which no simulation follows with what was added; infinitely far off in medians
     unseen_ratio: (
         float | None
-    )  # the same motions' error after over before, median where effects of the table were concealed
+    )  # the same motions' error after over before, median where effects of the table were concealed, weak single ones aside
     unseen_cases: int
     unseen_gap_closed: float | None
     unseen_gaps: int
@@ -98,18 +114,20 @@ def share_by_case(cases: Iterable[Sequence[bool]]) -> Share:
 def totals_of(outcomes: Sequence[Outcome]) -> Totals:
     """Count what was right, and measure how far off it was."""
     kinds = {kind: [o for o in outcomes if o.kind == kind] for kind in ("null", "outside", "several", "single")}
-    nulls, singles, several = kinds["null"], kinds["single"], kinds["several"]
+    nulls, every_single, several = kinds["null"], kinds["single"], kinds["several"]
+    singles = [o for o in every_single if not o.weak]
     finds = [o.found for o in outcomes if o.found]
     effects = [[n for part in one.effects.values() for n in part.values() if n.true is not None] for one in finds]
     fabric = [list(one.fabric.values()) for one in finds]
     places = [o.found.place_auc for o in outcomes if o.found and o.found.place_auc is not None]
-    gaps = [one.gap_closed for one in outcomes if one.gap_closed is not None]
+    gaps = [one.gap_closed for one in outcomes if one.gap_closed is not None and not one.weak]
     unseen = [(o.unseen_mm[0], or_infinite(o.unseen_mm[1])) for o in (*singles, *several) if _known(o.unseen_mm)]
-    unseen_gaps = [one.unseen_gap_closed for one in outcomes if one.unseen_gap_closed is not None]
+    unseen_gaps = [one.unseen_gap_closed for one in outcomes if one.unseen_gap_closed is not None and not one.weak]
     named_nulls = [o for o in nulls if o.named]
     false = [name for o in named_nulls for name in o.named]
     return Totals(
         named=share_of(o.right for o in singles),
+        by_strength={name: _of_strength([o for o in every_single if o.strength == name]) for name in STRENGTHS},
         effects_ever_named=_ever_named(singles),
         nulls_called_none=share_of(o.right for o in nulls),
         nulls_with_names=share_of(o in named_nulls for o in nulls),
@@ -118,9 +136,9 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
         outside_ambiguous=share_of(o.verdict == "ambiguous" for o in kinds["outside"]),
         several_named=share_of(o.right for o in several),
         several_partly=share_of(o.verdict == "named" and set(o.named) <= set(o.concealed) for o in several),
-        named_above_limit=share_of(o.right for o in singles if _over(o, least=1.0)),
-        named_below_limit=share_of(o.right for o in singles if _over(o, most=1.0)),
-        first_ranked=share_of(o.found is not None and o.found.first in o.concealed for o in singles),
+        named_above_limit=share_of(o.right for o in every_single if _over(o, least=1.0)),
+        named_below_limit=share_of(o.right for o in every_single if _over(o, most=1.0)),
+        first_ranked=_first_ranked(singles),
         effect_intervals=share_by_case([n.holds for n in numbers] for numbers in effects),
         effect_error=median(
             [off for one in finds for name, part in one.effects.items() for off in effect_errors(name, part)]
@@ -142,6 +160,22 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
         median_seconds=median([o.seconds for o in outcomes]),
         failed=sum(o.verdict == "failed" for o in outcomes),
     )
+
+
+def _of_strength(singles: Sequence[Outcome]) -> OfStrength:
+    said = [o.verdict for o in singles]
+    return OfStrength(
+        named=share_of(o.right for o in singles),
+        first_ranked=_first_ranked(singles),
+        called_none=said.count("none"),
+        called_unknown=said.count("unknown") + said.count("ambiguous"),
+        wrong_name=sum(o.verdict == "named" and not o.right for o in singles),
+        failed=said.count("failed"),
+    )
+
+
+def _first_ranked(singles: Sequence[Outcome]) -> Share:
+    return share_of(o.found is not None and o.found.first in o.concealed for o in singles)
 
 
 def _ever_named(singles: Sequence[Outcome]) -> Share:

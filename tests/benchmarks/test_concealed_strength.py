@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 
 from benchmarks.concealed import strength
 from benchmarks.concealed.case import STRENGTHS, Case
-from benchmarks.concealed.strength import nearest_to_one, tuned
+from benchmarks.concealed.effects.library import LIBRARY
+from benchmarks.concealed.setting import draw_setting
+from benchmarks.concealed.strength import amplitudes, nearest_to_one, tuned
 
 LIMITS = (0.02, 10.0)
 
@@ -49,6 +51,27 @@ def test_what_is_out_of_reach_stops_at_the_end_of_its_range(slope, end):
     taken, tried = search(lambda a: slope * a)
     assert taken == end
     assert tried.count(end) == 1
+
+
+FORETOLD_LIMIT = 3.5 / 4.8
+"""Times the noise: single effects of medium strength lay at 4.8 times what a diagnosis said that shows, in the median."""
+
+
+def test_weak_is_well_below_what_a_diagnosis_says_that_shows_and_medium_well_above():
+    assert STRENGTHS["weak"] < FORETOLD_LIMIT / 2
+    assert STRENGTHS["strong"] > STRENGTHS["medium"] > 2 * FORETOLD_LIMIT
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_a_weak_effect_may_be_as_small_as_it_must_and_others_keep_their_range(name):
+    """Streams of air and friction that sticks are of medium strength at the smallest amplitude of their range."""
+    low, high = LIBRARY[name].amplitudes
+    assert amplitudes(name, "medium") == amplitudes(name, "strong") == (low, high)
+    least, most = amplitudes(name, "weak")
+    assert most == high
+    assert least < low * STRENGTHS["weak"] / STRENGTHS["medium"]
+    drawn = LIBRARY[name].draw(least, np.random.default_rng(1), draw_setting(np.random.default_rng(0)))
+    assert np.isfinite(list(drawn.parameters.values())).all()
 
 
 AMPLITUDES = {"air_drag": lambda p: p["c_normal"] / 1.4, "added_mass": lambda p: p["mass"] / 0.08}

@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 
 from sim1.mismatch.summary import Shown
+from sim1.proof.methods import methods_of
 from sim1.proof.outcome import Found, Number, Outcome, is_right
-from sim1.proof.page import said
+from sim1.proof.page import by_strength, said
 from sim1.proof.place import NOTHING_N_M2, place_auc
 from sim1.proof.ranking import over_limit
 from sim1.proof.totals import confusion_of, share_by_case, share_of, totals_of
 from sim1.statistics import wilson_interval
 
 
-def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5), oracle_mm=None, over=None):
+def outcome(
+    case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5), oracle_mm=None, over=None, strength="medium"
+):
     """A case in which 1.0 was found where 1.1 is true."""
     number = Number(value=1.0, low=low, high=1.2, unit="1", true=1.1)
     found = Found(
@@ -40,7 +43,7 @@ def outcome(case, kind, concealed, verdict, named=(), low=0.9, heldout=(2.0, 0.5
         case=case,
         kind=kind,
         concealed={name: {"c": 1.1} for name in concealed},
-        strength="medium",
+        strength=strength,
         seed=1,
         places_given=True,
         verdict=verdict,
@@ -174,6 +177,53 @@ def test_strong_and_weak_effects_are_counted_apart():
     totals = totals_of([strong, *weak, unknown])
     assert (totals.named_above_limit.count, totals.named_above_limit.of) == (1, 1)
     assert (totals.named_below_limit.count, totals.named_below_limit.of) == (0, 2)
+
+
+WEAK = [
+    outcome("case_011", "single", ["wind"], "none", strength="weak", oracle_mm=0.5),
+    outcome("case_012", "single", ["wind"], "unknown", strength="weak"),
+    outcome("case_013", "single", ["wind"], "ambiguous", ["wind"], strength="weak"),
+    outcome("case_014", "single", ["wind"], "named", ["wind"], strength="weak"),
+    outcome("case_015", "single", ["wind"], "named", ["air_drag"], strength="weak"),
+    outcome("case_016", "single", ["wind"], "failed", strength="weak"),
+    outcome("case_017", "single", ["wind"], "named", ["wind"], strength="strong"),
+]
+
+
+def test_single_effects_are_told_by_strength_and_weak_ones_stand_in_no_headline():
+    totals = totals_of([*CASES, *WEAK])
+    assert (totals.named.count, totals.named.of) == (2, 4)  # one of three medium ones, one strong
+    assert (totals.first_ranked.of, totals.effects_ever_named.count, totals.gaps) == (4, 2, 0)
+    assert {name: (of.named.count, of.named.of) for name, of in totals.by_strength.items()} == {
+        "weak": (1, 6),
+        "medium": (1, 3),
+        "strong": (1, 1),
+    }
+    weak = totals.by_strength["weak"]
+    assert (weak.called_none, weak.called_unknown, weak.wrong_name, weak.failed) == (1, 2, 1, 1)
+    assert weak.first_ranked.count == 4  # the stand-in ranks wind first where it names nothing else
+    assert weak.named.high == pytest.approx(share_of([True] + [False] * 5).high)
+    assert totals_of([]).by_strength["strong"].named.of == 0
+
+
+def test_of_a_weak_effect_silence_is_no_fault_and_a_wrong_name_is():
+    assert [one.wrong for one in WEAK] == [False, False, False, False, True, True, False]
+    assert [one.right for one in WEAK] == [False, False, False, True, False, False, True]
+    assert outcome("case_001", "single", ["wind"], "none").wrong
+    assert outcome("case_001", "outside", ["magnet"], "none", strength="weak").wrong
+
+
+def test_a_terminal_tells_the_strengths_that_were_tried():
+    lines = by_strength(totals_of([*CASES, *WEAK[:6]]))
+    assert [line.split(":")[0].strip() for line in lines] == ["one effect, weak", "one effect, medium"]
+    assert "named right 1 of 6 (95 % interval 0 to 64 %)" in lines[0]
+    assert "called none 1, unknown or ambiguous 2, a wrong name 1, failed 1" in lines[0]
+
+
+def test_methods_are_compared_without_weak_effects():
+    rows = {row.name: row for row in methods_of([*CASES, *WEAK])}
+    assert (rows["the diagnosis"].singles.count, rows["the diagnosis"].singles.of) == (2, 4)
+    assert rows["the diagnosis"].heldout_cases == rows["parameters alone"].heldout_cases == 6
 
 
 def test_an_effect_outside_the_table_that_was_called_ambiguous_counts_as_right_and_is_shown_apart():

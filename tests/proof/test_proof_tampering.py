@@ -85,6 +85,21 @@ def test_campaigns_that_are_stored_are_added_up_and_told_to_be_without_films(tmp
     assert "<strong>What was found is not sealed</strong> in case_001, case_002" in page
 
 
+def test_a_stored_campaign_of_medium_strength_keeps_its_headline_and_is_told_to_have_set_thresholds(tmp_path):
+    shutil.copytree(REPOSITORY / "docs" / "campaign" / "along", tmp_path / "along")
+    proof = rewrite(Files(tmp_path / "along"))
+    totals = proof.totals
+    asked = (totals.named, totals.nulls_called_none, totals.outside_without_name, totals.several_named)
+    assert [(share.count, share.of) for share in asked] == [(19, 24), (20, 20), (6, 8), (7, 8)]
+    assert (totals.first_ranked.count, totals.effects_ever_named.count, totals.effects_ever_named.of) == (23, 17, 21)
+    assert totals.by_strength["medium"].named == totals.named
+    assert (totals.unseen_cases, totals.gaps, totals.unseen_gaps) == (32, 26, 28)
+    assert [one.case for one in proof.outcomes if one.kind == "null"] == list(proof.of_thresholds)
+    page = (tmp_path / "along" / "proof.html").read_text()
+    assert f"were chosen by</strong> {', '.join(proof.of_thresholds)}," in page
+    assert "<td>medium</td><td>19 of 24 (95 % interval 58 to 93 %)</td>" in page
+
+
 def test_answers_changed_after_the_diagnosis_are_found_and_the_case_is_not_scored(tmp_path):
     work = campaign(tmp_path, (DRAG, NULL))
     prove(work)
