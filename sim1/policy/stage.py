@@ -103,6 +103,7 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
     from sim1.policy.scaling import fit_power_laws, measure, measure_over_real, measure_tasks
     from sim1.policy.scaling_page import write_scaling_page
     from sim1.policy.scaling_pictures import draw_error, draw_success
+    from sim1.policy.success_law import fit_success
     from sim1.policy.worlds import worlds_of
 
     source = only(inputs, "policy")
@@ -110,15 +111,16 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
     open_loop, trials = (read_table(source / name) for name in ("open_loop.parquet", "evaluation.parquet"))
     sizes = {kind: lesson["sizes"] for kind, lesson in about["lessons"].items()}
     points = measure(open_loop, trials, sizes, config.seed)
-    fits = fit_power_laws(open_loop, config.seed)
+    fits, success_fits = fit_power_laws(open_loop, config.seed), fit_success(trials, config.seed)
     worths = worth(about["lessons"], open_loop, trials, config.seed)
     if len(open_loop):
         save_figure(draw_error(points, fits), out / "error.png", dpi=110)
     if len(trials):
-        save_figure(draw_success(points), out / "success.png", dpi=110)
+        save_figure(draw_success(points, success_fits), out / "success.png", dpi=110)
     curve = Curve(
         points=tuple(points),
         fits=tuple(fits),
+        success_fits=tuple(success_fits),
         worths=tuple(worths),
         tasks=tuple(measure_tasks(trials)),
         over_real=measure_over_real(trials),
