@@ -112,7 +112,7 @@ def test_the_worth_in_a_shift_that_was_not_tried_was_not_run():
 
 @pytest.mark.parametrize(("won", "word"), [(50, AGREES), (6, DISAGREES), (29, NOT_DECIDED)])
 def test_success_with_a_state_policy_is_held_against_what_the_papers_trials_leave_open(won, word):
-    assert said("The same, in-domain", Evidence(curve=curve(tried("in-domain", won)))) == word
+    assert said("Policy that knows the keypoints, in-domain", Evidence(curve=curve(tried("in-domain", won)))) == word
 
 
 def image(*counts):
@@ -233,10 +233,13 @@ def test_a_claim_that_was_not_run_says_which_profile_runs_it():
     why = {row["Claim of the paper"]: row["Why"] for row in section.table}
     assert (
         "Measured by profile paper: `sim1 run --profile paper --select scaling_report`."
-        in why[claim("The same, texture").text]
+        in why[claim("Policy that knows the keypoints, texture").text]
     )
-    assert "`sim1 run --select scaling_report` in this profile (quick)" in why[claim("The same, in-domain").text]
-    assert "No profile has diffusion/policy." in why[claim("diffusion-based generation: its policy").text]
+    assert (
+        "`sim1 run --select scaling_report` in this profile (quick)"
+        in why[claim("Policy that knows the keypoints, in-domain").text]
+    )
+    assert "No profile makes diffusion/policy." in why[claim("diffusion-based generation: its policy").text]
     assert "Measured by profile paper" in why[claim("Ablation, Baseline").text]
 
 

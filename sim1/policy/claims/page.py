@@ -55,7 +55,7 @@ def claims_section(made: Inputs, plans: Plans) -> Section:
     return Section(
         heading=HEADING,
         paragraphs=[
-            f"Of {len(rows)} claims {', '.join(f'{count} {name}' for name, count in counts.items())}. Agrees: the whole 95 % interval of what was measured lies in "
+            f"Verdicts on {len(rows)} claims: {', '.join(f'“{name}” {count}' for name, count in counts.items())}. Agrees: the whole 95 % interval of what was measured lies in "
             "what agrees with the claim (column); disagrees: all of it lies outside; not decided: it holds both, or there is none. The paper's figures carry no interval; what is let pass is said.",
             "No verdict is about a robot: whatever stands here was measured in simulation, demonstrations are a scripted expert's, what is called real is a stand-in, "
             "and garments and policies are those of the sections below. “Agrees” says that this simulation shows the like, “disagrees” that it does not.",
@@ -121,7 +121,7 @@ def _who_runs(asks: Asks, plans: Plans) -> str:
         return f"`sim1 run --select {asks.select}` in this profile ({plans.profile}) measures it"
     if not able:
         what = f" with {asks.shift}" if asks.shift else ""
-        return f"no profile has {', '.join(asks.nodes)}{what}"
+        return f"no profile makes {', '.join(asks.nodes)}{what}"
     return f"measured by profile {' or '.join(able)}: `sim1 run --profile {able[0]} --select {asks.select}`"
 
 

@@ -103,7 +103,7 @@ CLAIMS: tuple[Claim, ...] = (
     ),
     *(
         Claim(
-            text=f"The same, {shift}: {paper.ABLATION[paper.FULL][shift]} % succeed (here a policy that knows the keypoints{'; friction alone' if own != shift else ''})",
+            text=f"Policy that knows the keypoints, {shift}{', here friction' if own != shift else ''}: the same {paper.ABLATION[paper.FULL][shift]} % (the paper's sees pictures)",
             band=success_of(paper.ABLATION[paper.FULL][shift], paper.TRIALS),
             find=state_success(shift),
             asks=Asks(nodes=("policy",), shift=own, **_SCALING),
