@@ -204,11 +204,14 @@ def _inputs(home: Home, snapshot: Snapshot, node: Node, key: Key) -> dict[str, d
 
 
 def _timings(home: Home, snapshot: Snapshot, beside: Path) -> Path:
-    """File {node: {garment: seconds}} of what making each whole artifact took, null where nobody knows; written outside the artifact to be made."""
-    seconds: dict[str, dict[str, float | None]] = {}
+    """File {node: {garment: seconds}} of what making each whole artifact took, null where nobody knows; written outside the artifact to be made.
+
+    A stage of which nothing has been made yet stands there too, with nothing, so that who reads the seconds can say what they leave out.
+    """
+    seconds: dict[str, dict[str, float | None]] = {id_: {} for id_ in snapshot.graph.nodes}
     for node, key in snapshot.artifacts():
         if record := place(home, node, key).record():
-            seconds.setdefault(node.id, {})[key or ""] = record.get("whole_s")
+            seconds[node.id][key or ""] = record.get("whole_s")
     path = beside.with_name("timings.json")
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(seconds, indent=1, sort_keys=True) + "\n")

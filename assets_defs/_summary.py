@@ -1,12 +1,15 @@
 """One page for the whole run: what was found, then pictures and figures of every stage, and how long each took."""
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
+from assets_defs._config import resolved_config
 from assets_defs._recipe import Key, Snapshot, label
 from assets_defs._results import state, warnings
 from assets_defs._store import place
-from pipeline import Node
+from pipeline import GraphError, Node, load_graph
+from pipeline.home import PROFILES
 from sim1.report import Picture, Section, write_report
 
 PICTURES_AT_MOST = 3  # per artifact
@@ -22,7 +25,7 @@ def write_summary(snapshot: Snapshot) -> Path:
     home, profile = snapshot.home, snapshot.graph.profile
     present = [(node, key, record) for node, key in snapshot.artifacts() if (record := place(home, node, key).record())]
     states = {label(node, key): state(snapshot, node, key) for node, key, _ in present}
-    found = results(_base(snapshot, present), _remarks(present, states))
+    found = results(_base(snapshot, present), _remarks(present, states), _plans(snapshot))
     shown = {picture.path for section in found for picture in section.pictures}
     made = _made(snapshot, present, states, shown)
     index = f"Below, in the order of the graph: {', '.join(section.heading for section in made)}."
@@ -94,6 +97,18 @@ def _base(snapshot: Snapshot, present: _Present) -> dict[str, dict[str, Path]]:
         if not node.variant:
             made[node.id][key or ""] = place(snapshot.home, node, key).final
     return made
+
+
+def _plans(snapshot: Snapshot) -> Any:
+    """Settings in every profile of the nodes that measure what the paper claims; of a profile that cannot be read none."""
+    from sim1.policy.claims.page import NODES, Plans
+
+    settings: dict[str, dict[str, dict[str, Any]]] = {}
+    for profile in PROFILES:
+        with contextlib.suppress(GraphError):
+            nodes = load_graph(snapshot.home, profile).nodes
+            settings[profile] = {id_: resolved_config(nodes[id_]) for id_ in NODES if id_ in nodes}
+    return Plans(profile=snapshot.graph.profile, settings=settings)
 
 
 def _remarks(present: _Present, states: dict[str, str]) -> dict[str, str]:

@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from sim1.validity.stage import ValidTrajectoriesConfig
 
 SCHEMA = "sim1.generation/1"
-COUNTS = {"candidate_count", "success_target", "run_limit", "perturbed_count", "tries_per_candidate"}  # of the stage
+COUNTS = {
+    "candidate_count", "more_of", "success_target", "run_limit", "perturbed_count", "tries_per_candidate",
+}  # of the stage  # fmt: skip
 TRIES_PER_TARGET = 100  # a garment of which fewer pass is not worth the electricity: the run ends and says so
 
 

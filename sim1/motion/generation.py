@@ -30,7 +30,7 @@ WORTH_STARTING = 8  # attempts for each process
 
 def generate(inputs: Inputs, garment: str, config: CandidateTrajectoriesConfig, out: Path) -> Facts:
     """Make, run, judge and write all attempts of one garment."""
-    quotas = quotas_of(config)
+    quotas = quotas_of(config, garment)
     total = sum(quota.run_count for quota in quotas)
 
     def tell(rows: dict[str, Row]) -> None:
@@ -62,17 +62,17 @@ def fastest_share(episode: Episode, limit_rad_s: np.ndarray) -> float:
     return float((np.concatenate(steps) * RATE_HZ / limit_rad_s).max())
 
 
-def quotas_of(config: CandidateTrajectoriesConfig) -> tuple[Quota, Quota]:
-    """How many attempts the stage makes."""
-    tries = config.tries_per_candidate
+def quotas_of(config: CandidateTrajectoriesConfig, garment: str) -> tuple[Quota, Quota]:
+    """How many attempts the stage makes of a garment."""
+    tries, count = config.tries_per_candidate, config.candidate_count + config.more_of.get(garment, 0)
     return (
         Quota(
             series="",
-            run_count=config.candidate_count,
+            run_count=count,
             target=config.success_target,
             counted="success",
             run_limit=config.run_limit,
-            try_limit=tries * max(config.candidate_count, config.run_limit),
+            try_limit=tries * max(count, config.run_limit),
         ),
         Quota(
             series="perturbed",

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -61,6 +61,7 @@ class CandidateTrajectoriesConfig:
 
     seed: int = 0  # every attempt draws from its own stream of (seed, garment, series, number)
     candidate_count: int = Field(3, ge=1)  # attempts that run, meant to succeed
+    more_of: dict[str, Annotated[int, Field(ge=1)]] = Field(default_factory=dict)  # garment -> so many beyond that
     success_target: int = Field(1, ge=0)  # with fewer successes among them, more are made, as in Algorithm 1 ...
     run_limit: int = Field(6, ge=1)  # ... up to this many that run
     perturbed_count: int = Field(1, ge=0)  # attempts that run with displaced grasps, for the filters to see failures

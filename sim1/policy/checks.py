@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sim1.policy.cost import per_trajectory_seconds
+from sim1.policy.cost import pace_of
 from sim1.policy.counting import read_figures, read_table
 from sim1.policy.experiment import ABOUT_SCHEMA
 from sim1.policy.lessons import GENERATED, REAL, ModelKey
@@ -188,10 +188,10 @@ def check_costs(artifact: Path) -> list[Finding]:
 
 def _measured(costs: Mapping[str, Any]) -> Finding:
     """Of the machine at hand: it stands there where its seconds are known, and a day at its pace has as many as a day has."""
-    each_s = per_trajectory_seconds(costs["seconds"], costs["accepted_count"], costs["shown_count"])
-    known = each_s is not None
+    pace = pace_of(costs["seconds"], *(costs[f"{name}_count"] for name in ("attempted", "accepted", "shown")))
+    known = pace is not None
     here = [item for item in costs["methods"] if item["measured"]]
-    days = [item["trajectories_per_day"] * each_s for item in here] if known else []
+    days = [item["trajectories_per_day"] * pace.trajectory_s for item in here] if known else []
     return Finding(
         name="pace_follows_from_seconds",
         passed=len(here) == int(known) and bool(np.allclose(days, 86400.0)),

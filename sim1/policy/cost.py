@@ -14,10 +14,14 @@ HOURS_PER_DAY = 24
 # the second line may be told to take but some of what those of the first accepted.
 MADE_BY = ("candidate_trajectories", "valid_trajectories")
 SHOWN_BY = ("rendered_episodes", "dataset")
+FRAMES_BY = "rendered_episodes"
 PER_TRAJECTORY_STAGES = (*MADE_BY, *SHOWN_BY)
 
 type Timings = Mapping[str, Mapping[str, float | None]]
-"""Stage -> garment ("" for a joint stage) -> seconds that making all of the artifact took; None where nobody knows."""
+"""Stage -> garment ("" for a joint stage) -> seconds that making all of the artifact took; None where nobody knows.
+
+A stage of the graph of which nothing had been made has an empty mapping.
+"""
 
 
 @stage_config
@@ -70,6 +74,21 @@ class Production:
         return self.usd_per_day / self.trajectories_per_day if self.trajectories_per_day else None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Pace:
+    """Seconds of machine time that the stages take which every trajectory passes."""
+
+    attempted_s: float  # to simulate and judge an attempt, whatever becomes of it
+    accepted_s: float  # the same for each one that is accepted: those that are not are paid for by these
+    shown_s: float  # to render one, in all of its appearances, and to write it into the dataset
+    frames_share: float  # of all seconds of a trajectory that is accepted and shown, those that make its frames
+
+    @property
+    def trajectory_s(self) -> float:
+        """An accepted trajectory with its frames, in the dataset."""
+        return self.accepted_s + self.shown_s
+
+
 def read_prices(path: Path) -> Prices:
     """Read and check a price file.
 
@@ -105,40 +124,44 @@ def paper_simulation(prices: Prices) -> Production:
     )
 
 
-def this_machine(prices: Prices, timings: Timings, accepted_count: int, shown_count: int) -> Production | None:
-    """The machine at hand around the clock at the measured pace of the stages that every trajectory passes.
-
-    None where a stage of the four was not measured, or nothing was accepted or rendered.
-    """
-    seconds = per_trajectory_seconds(timings, accepted_count, shown_count)
-    if seconds is None:
+def this_machine(prices: Prices, pace: Pace | None) -> Production | None:
+    """The machine at hand around the clock at the measured pace; None where that is not known."""
+    if pace is None:
         return None
     return Production(
         method=f"Simulation ({prices.this_machine.description})",
         usd_per_day=prices.this_machine.usd_per_hour * HOURS_PER_DAY,
-        trajectories_per_day=HOURS_PER_DAY * 3600 / seconds,
+        trajectories_per_day=HOURS_PER_DAY * 3600 / pace.trajectory_s,
     )
 
 
-def per_trajectory_seconds(timings: Timings, accepted_count: int, shown_count: int) -> float | None:
-    """Seconds of machine time to have a trajectory accepted, rejected candidates included, and to show it.
-
-    None where nothing was accepted or shown, what one artifact of these stages took is not known, or all took no time.
+def pace_of(timings: Timings, attempted_count: int, accepted_count: int, shown_count: int) -> Pace | None:
+    """Of this machine; None where nothing was accepted or shown, what one artifact of these stages took is not known, or all took no time.
 
     Args:
         timings: of all stages.
+        attempted_count: attempts that `valid_trajectories` judged, those that were out of reach or disturbed on purpose included.
         accepted_count: trajectories of `valid_trajectories`.
         shown_count: those of them that the dataset shows.
     """
     missing = [s for s in PER_TRAJECTORY_STAGES if not timings.get(s) or None in timings[s].values()]
     if missing or not accepted_count or not shown_count:
         return None
-    made_s, shown_s = (sum(sum(timings[stage].values()) for stage in stages) for stages in (MADE_BY, SHOWN_BY))
-    return made_s / accepted_count + shown_s / shown_count or None
+    spent_s = {stage: sum(timings[stage].values()) for stage in PER_TRAJECTORY_STAGES}
+    made_s, shown_s = (sum(spent_s[stage] for stage in stages) for stages in (MADE_BY, SHOWN_BY))
+    each_s = made_s / accepted_count + shown_s / shown_count
+    if not each_s:
+        return None
+    return Pace(
+        attempted_s=made_s / attempted_count,
+        accepted_s=made_s / accepted_count,
+        shown_s=shown_s / shown_count,
+        frames_share=spent_s[FRAMES_BY] / shown_count / each_s,
+    )
 
 
 def read_timings(path: Path) -> Timings:
-    """Read `{stage: {garment: seconds}}`; null where nobody knows.
+    """Read `{stage: {garment: seconds}}`; null where nobody knows, nothing of a stage of which nothing was made yet.
 
     Raises:
         BadInput: not such a file, or a time that is neither null nor a number of seconds.

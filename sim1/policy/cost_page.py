@@ -9,7 +9,7 @@ from sim1.policy.cost import MADE_BY, PER_TRAJECTORY_STAGES, SHOWN_BY, Prices, P
 from sim1.policy.counting import read_figures
 from sim1.report import Section, write_report
 
-SCHEMA = "sim1.costs/2"
+SCHEMA = "sim1.costs/3"
 LEAD = (
     "What one trajectory costs: a person at the real robot, the paper's GPU server, and this machine. The first two lines "
     "are the paper's arithmetic; a third stands there only where this project measured its seconds."
@@ -30,23 +30,35 @@ class Way(TypedDict):
     measured: bool
 
 
+class PaceFound(TypedDict):
+    """`sim1.policy.cost.Pace`, as `costs.json` has it."""
+
+    attempted_s: float
+    accepted_s: float
+    shown_s: float
+    frames_share: float
+
+
 class Costs(TypedDict):
     """What is read of `costs.json`."""
 
+    attempted_count: int
     accepted_count: int
+    pace: PaceFound | None
+    not_in_seconds: list[str]
     shown_count: int  # of these in the dataset
     methods: list[Way]
 
 
 def write_cost_page(out: Path, prices: Prices, timings: Timings) -> None:
     """Write `report.html` beside `costs.json`."""
-    found = _read(out)
+    found = read_costs(out)
     sections = [
         *result_sections(out),
         Section(heading="How it was reckoned", paragraphs=_method(prices, found)),
         Section(
             heading="Measured seconds",
-            paragraphs=[_counts(found)] if timings else ["not measured"],
+            paragraphs=[_counts(found), *_left_out(found)] if timings else ["not measured"],
             table=[
                 {
                     "Stage": stage,
@@ -55,6 +67,7 @@ def write_cost_page(out: Path, prices: Prices, timings: Timings) -> None:
                     "Every trajectory anew": stage in PER_TRAJECTORY_STAGES,
                 }
                 for stage, times in timings.items()
+                if times
             ],
         ),
     ]
@@ -67,7 +80,7 @@ def result_sections(artifact: Path) -> list[Section]:
     Raises:
         BadInput: the artifact is damaged or of another version.
     """
-    found = _read(artifact)
+    found = read_costs(artifact)
     methods = [Production(**{key: item[key] for key in Production.__dataclass_fields__}) for item in found["methods"]]
     here = [
         f"This machine: {_counts(found)[:-1]}; at the measured pace of the stages that every trajectory "
@@ -87,17 +100,52 @@ def result_sections(artifact: Path) -> list[Section]:
                 _beside(item, methods[0], printed)
                 for item, printed in zip(methods, [paper.COSTS["real"], paper.COSTS["simulation"], None], strict=False)
             ],
-        )
+        ),
+        *([_pace_section(found)] if found["pace"] else []),
+    ]
+
+
+def _pace_section(found: Mapping[str, Any]) -> Section:
+    pace, attempted, accepted, shown_count = (
+        found[key] for key in ("pace", "attempted_count", "accepted_count", "shown_count")
+    )
+    rows = (
+        (f"attempt, simulated and judged, of {attempted}", pace["attempted_s"]),
+        (f"accepted trajectory, rejected attempts included, of {accepted}", pace["accepted_s"]),
+        (f"trajectory rendered and written, of {shown_count}", pace["shown_s"]),
+        ("accepted trajectory with its frames, in the dataset", pace["accepted_s"] + pace["shown_s"]),
+    )
+    return Section(
+        heading="Seconds of an episode",
+        paragraphs=[
+            f"Of this machine, the mean over all garments: {', '.join(MADE_BY)}, then {', '.join(SHOWN_BY)}. "
+            f"Frames take {100 * pace['frames_share']:.0f} % of the seconds of a trajectory that is accepted and shown. Attempts that were out of the arms' reach, "
+            "which cost no simulation, and those disturbed on purpose count as attempts. One measurement, without an interval.",
+        ],
+        table=[{"Each": name, "Seconds": round(seconds, 2)} for name, seconds in rows],
+    )
+
+
+def _left_out(found: Mapping[str, Any]) -> list[str]:
+    """Stages that the seconds do not hold."""
+    if not found["not_in_seconds"]:
+        return []
+    return [
+        f"Not in this table, as nothing of them had been made when this page was: {', '.join(found['not_in_seconds'])}. Neither the stages after this one "
+        "nor those beside it are waited for."
     ]
 
 
 def _counts(found: Mapping[str, Any]) -> str:
-    return (
-        f"{found['accepted_count']} accepted trajectories, {found['shown_count']} of them rendered and in the dataset."
-    )
+    return f"{found['attempted_count']} attempts, {found['accepted_count']} accepted trajectories, {found['shown_count']} of them rendered and in the dataset."
 
 
-def _read(artifact: Path) -> dict[str, Any]:
+def read_costs(artifact: Path) -> dict[str, Any]:
+    """Content of `costs.json`.
+
+    Raises:
+        BadInput: missing, damaged, or of another version.
+    """
     return read_figures(artifact / "costs.json", SCHEMA, "cost_report", Costs)
 
 

@@ -97,6 +97,7 @@ def shown_count(dataset: Path) -> int:
     return len(read_table(dataset / "provenance.parquet", names).drop_duplicates(names))
 
 
-def accepted_count(artifacts: Mapping[str, Path]) -> int:
-    """Accepted trajectories of all garments."""
-    return int(read_decisions(artifacts)["accepted"].sum())
+def attempt_counts(artifacts: Mapping[str, Path]) -> tuple[int, int]:
+    """Attempts of all garments that `valid_trajectories` judged, and those of them that it accepted."""
+    accepted = read_decisions(artifacts)["accepted"]
+    return len(accepted), int(accepted.sum())

@@ -11,9 +11,10 @@ from sim1.clustered_share import Difference
 from sim1.policy.counting import read_figures
 from sim1.policy.equivalence import Worth
 from sim1.policy.scaling import Point, PowerLaw, Task
+from sim1.policy.success_law import SuccessLaw
 from sim1.stage import BadInput
 
-SCHEMA = "sim1.curve/7"
+SCHEMA = "sim1.curve/8"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +23,7 @@ class Curve:
 
     points: tuple[Point, ...]
     fits: tuple[PowerLaw, ...]
+    success_fits: tuple[SuccessLaw | str, ...]  # a text says of which kind of training there is none, and why
     worths: tuple[Worth | str, ...]  # a text says why one is not known
     tasks: tuple[Task, ...]
     over_real: Mapping[str, Difference]  # shift, or average -> generated minus real

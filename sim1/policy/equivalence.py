@@ -14,12 +14,11 @@ import pandas as pd
 
 from sim1.policy.error_table import error_table, means_of_resamples
 from sim1.policy.lessons import GENERATED, REAL
+from sim1.policy.success_law import HALF, MIN_SIZES, logistic, resampled
 from sim1.stage import random_stream
 from sim1.statistics import Interval
 
-MIN_SIZES = 3  # of generated trajectories: a line with two parameters through fewer would be a drawing
 RESAMPLES = 500
-HALF = 0.5  # trials of each outcome that are added to every count (Haldane 1956, Anscombe 1956)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +43,10 @@ def worth(lessons: Mapping[str, Any], open_loop: pd.DataFrame, trials: pd.DataFr
     of = {kind: {row["garment"] for row in lesson["splits"]} for kind, lesson in lessons.items()}
     if REAL in of and of[REAL] != of[GENERATED]:
         there, here = (", ".join(sorted(of[kind])) for kind in (REAL, GENERATED))
-        return [f"real demonstrations are of {there}, generated trajectories of {here}: numbers of them do not compare"]
+        return [
+            f"real demonstrations are of {there}, generated trajectories of {here}: numbers of them do not compare. They do where all garments were "
+            f"demonstrated in reality, as profile paper has it, or in a home of {there} alone in profile study (docs/results.md)"
+        ]
     shifts = list(dict.fromkeys(trials["shift"]))
     return [
         by_error(open_loop[open_loop["tested_on"] == REAL], seed),
@@ -98,13 +100,13 @@ def by_success(trials: pd.DataFrame, shift: str, seed: int) -> Worth | str:
     def measure(pick: np.ndarray) -> tuple[float, float]:
         real_won, real_of = real_wins[pick].sum(), real_tries[pick].sum()
         won, of = wins[pick].sum(axis=0), tries[pick].sum(axis=0)
-        slope, offset = _logistic(np.log(sizes), won, of)
+        slope, offset = logistic(np.log(sizes), won, of)
         odds = (real_won + HALF) / (real_of - real_won + HALF)  # as in the curve: equals are worth the same
         return float(real_won / real_of), _crossing(float(np.log(odds)), slope, offset, sizes.min(), rises=True)
 
     networks, rng = list(counts.groupby("seed").indices.values()), random_stream(seed, "worth", shift)
     level, size = measure(np.arange(len(counts)))
-    others = [measure(_resampled(networks, rng))[1] for _ in range(RESAMPLES)] if len(counts) > 1 else []
+    others = [measure(resampled(networks, rng))[1] for _ in range(RESAMPLES)] if len(counts) > 1 else []
     return _worth(figure, shift, real, sizes, level, size, others)
 
 
@@ -128,20 +130,6 @@ def _crossing(level: float, slope: float, offset: float, smallest: float, *, ris
     return float(np.exp(np.clip((level - offset) / slope, -50, 50)))
 
 
-def _logistic(x: np.ndarray, wins: np.ndarray, of: np.ndarray) -> tuple[float, float]:
-    """Slope and offset of log odds over x; half a trial of each outcome is added at every size, so that all-or-nothing stays finite."""
-    from sklearn.linear_model import LogisticRegression  # takes a second, which who only reads results need not wait
-
-    wins, losses = wins + HALF, of - wins + HALF
-    model = LogisticRegression(C=np.inf)
-    model.fit(
-        np.concatenate([x, x])[:, None],
-        np.repeat([1, 0], len(x)),
-        sample_weight=np.concatenate([wins, losses]),
-    )
-    return float(model.coef_[0, 0]), float(model.intercept_[0])
-
-
 def _worth(
     figure: str, shift: str | None, real: int, sizes: np.ndarray, level: float, size: float, others: Sequence[float]
 ) -> Worth:
@@ -160,8 +148,3 @@ def _worth(
         interval=Interval(*map(float, np.clip(ends, low, high) / real)) if others else None,
         beyond=beyond,
     )
-
-
-def _resampled(clusters: Sequence[np.ndarray], rng: np.random.Generator) -> np.ndarray:
-    drawn = [clusters[place] for place in rng.integers(len(clusters), size=len(clusters))]
-    return np.concatenate([rng.choice(rows, size=len(rows)) for rows in drawn])

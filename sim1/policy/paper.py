@@ -36,3 +36,9 @@ WORTH: Mapping[str, int] = {"in-domain": 15, "texture": 5}
 TASKS: Mapping[str, int] = {"towel": 80, "shorts": 93, "polo": 93}
 # Table "Comparison of data acquisition efficiency": trajectories a day, dollars a trajectory, relative cost.
 COSTS: Mapping[str, tuple[float, float, float]] = {"real": (104, 2.71, 1.0), "simulation": (710, 0.10, 0.037)}
+# Appendix "Cost-efficiency Analysis": dollars a day.
+COST_PER_DAY: Mapping[str, int] = {"real": 282, "simulation": 71}
+ZERO_SHOT = 90  # abstract, and contributions: percent, by π0.5 from generated trajectories alone
+SOLVER_ADDS = (
+    ABLATION[FULL][AVERAGE] - ABLATION["+ diffusion-based generation"][AVERAGE]
+)  # printed there beside the average

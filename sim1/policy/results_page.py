@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from sim1.policy import ablation_page, cost_page, paper, scaling_page
+from sim1.policy.claims.page import READ, Plans, claims_section
 from sim1.policy.counting import rate, read_table
 from sim1.policy.image import page as image_page
 from sim1.policy.image.measures import read_points
@@ -31,14 +32,15 @@ class Part:
     sections: Callable[[Artifacts], list[Section]]
 
 
-def results(made: Inputs, remarks: Mapping[str, str]) -> list[Section]:
-    """Sections of what was found; what is missing, or cannot be read, says so in its place.
+def results(made: Inputs, remarks: Mapping[str, str], plans: Plans | None = None) -> list[Section]:
+    """Sections of what was found, the paper's claims first; what is missing, or cannot be read, says so in its place.
 
     Args:
         made: the artifacts that there are, of stages that the graph has: a stage without one was not run.
         remarks: what a reader must know of a stage's artifacts, as that they are not of this state of the inputs.
+        plans: what each profile runs, so that a claim that was not measured says which would measure it.
     """
-    found = []
+    found = [_claims(made, remarks, plans or Plans())] if any(stage in made for stage in READ) else []
     for part in PARTS:
         if part.stage not in made:
             continue
@@ -49,6 +51,12 @@ def results(made: Inputs, remarks: Mapping[str, str]) -> list[Section]:
             sections = [_missing(part, f"cannot be shown: {error}")]
         found += [replace(section, paragraphs=[*remark, *section.paragraphs]) for section in sections]
     return found
+
+
+def _claims(made: Inputs, remarks: Mapping[str, str], plans: Plans) -> Section:
+    section = claims_section(made, plans)
+    old = [f"Of what was read, mind: {remarks[stage]}." for stage in READ if stage in remarks]
+    return replace(section, paragraphs=[*section.paragraphs, *old])
 
 
 def _missing(part: Part, why: str) -> Section:

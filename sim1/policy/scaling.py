@@ -10,11 +10,10 @@ from sim1.clustered_share import Difference
 from sim1.policy import paper
 from sim1.policy.error_table import RESAMPLES, error_table, interval_about, interval_of, means_of_resamples
 from sim1.policy.lessons import GENERATED, KINDS, REAL
+from sim1.policy.success_law import MIN_SIZES
 from sim1.policy.tried import Tried, compare, count
 from sim1.stage import random_stream
 from sim1.statistics import Interval
-
-MIN_SIZES = 3  # a curve with two parameters through fewer points would be a drawing
 
 
 @dataclass(frozen=True, kw_only=True)

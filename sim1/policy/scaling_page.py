@@ -14,6 +14,7 @@ from sim1.policy.error_table import said_of_errors
 from sim1.policy.lessons import NAMES, REAL
 from sim1.policy.scaling import Point, PowerLaw
 from sim1.policy.shift_table import OURS, shift_section, task_section
+from sim1.policy.success_law import SuccessLaw
 from sim1.policy.tried import said_of_intervals
 from sim1.policy.worlds import said_of_worlds
 from sim1.report import Picture, Section, write_report
@@ -83,6 +84,7 @@ def result_sections(artifact: Path) -> list[Section]:
             heading="Scaling curves",
             paragraphs=[
                 *_laws(curve.fits),
+                *map(_success, curve.success_fits),
                 *_errors(curve.points),
                 f"Closed loop, all together: {f'{successes} of {trials}' if trials else 'none tried'}. The paper draws its curves and prints no figures of them.",
                 *said_of_worlds(curve.worlds),
@@ -147,7 +149,7 @@ def _trials(about: Mapping[str, Any]) -> str:
 
 def _laws(fits: Sequence[PowerLaw]) -> list[str]:
     if not fits:
-        return ["No curve was fitted: that needs three sizes and something held out."]
+        return ["No curve was fitted to errors: that needs three sizes and something held out."]
     words = []
     for fit in fits:
         told = (
@@ -158,6 +160,24 @@ def _laws(fits: Sequence[PowerLaw]) -> list[str]:
         known = fit.exponent_interval is not None and fit.exponent_interval.low > 0
         words.append(told if known else f"{told} An improvement with size is not established.")
     return words
+
+
+def _success(law: SuccessLaw | str) -> str:
+    if isinstance(law, str):
+        return f"No curve was fitted to success: {law}."
+    who = f"{law.network_count} networks" if law.network_count > 1 else "one network's placements"
+    interval = (
+        f"95 % bootstrap interval {law.slope_interval.low:.2f} to {law.slope_interval.high:.2f}, {who}"
+        if law.slope_interval
+        else "one trial a size: no interval"
+    )
+    half = "" if law.half_size is None else f" Half of them succeed at n = {law.half_size:.3g}."
+    told = (
+        f"Success after n {NAMES[law.trained_on]}, {law.shift}: p / (1 − p) = exp({law.offset:.2f}) · n^b with b = {law.slope:.2f} ({interval}), "
+        f"through {law.size_count} sizes, {law.trial_count} trials.{half}"
+    )
+    known = law.slope_interval is not None and law.slope_interval.low > 0
+    return told if known else f"{told} An improvement with size is not established."
 
 
 def _errors(points: Sequence[Point]) -> list[str]:

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from sim1.policy.lessons import GENERATED, KINDS, NAMES, REAL, SIMULATED
 from sim1.policy.scaling import Error, Point, PowerLaw
+from sim1.policy.success_law import SuccessLaw
 from sim1.policy.tried import Tried
 
 COLORS = {GENERATED: "#1f6fb4", SIMULATED: "#5a8f3c", REAL: "#b4531f"}
@@ -45,8 +46,8 @@ def draw_error(points: Sequence[Point], fits: Sequence[PowerLaw]) -> Figure:
     return figure
 
 
-def draw_success(points: Sequence[Point]) -> Figure:
-    """Closed-loop success against training size, a panel for each shift."""
+def draw_success(points: Sequence[Point], laws: Sequence[SuccessLaw | str]) -> Figure:
+    """Closed-loop success against training size, a panel for each shift, with what was fitted."""
     shifts = list(dict.fromkeys(tried.shift for point in points for tried in point.trials))
     figure, panels = _panels(len(shifts))
     for axes, shift in zip(panels, shifts, strict=True):
@@ -59,6 +60,12 @@ def draw_success(points: Sequence[Point]) -> Figure:
                 for (size, tried), (_, share, *_) in zip(shown, rows, strict=True):
                     note, at = f"{tried.success_count} of {tried.trial_count}", (size * BESIDE[trained], share)
                     axes.annotate(note, at, (right, 4), textcoords="offset points", ha=aligned, fontsize=7)
+        for law in laws:
+            if isinstance(law, SuccessLaw) and law.shift == shift:
+                sizes = [point.size for point in points if point.trained_on == law.trained_on and point.trials]
+                line = np.geomspace(min(sizes), max(sizes), 100)
+                label = f"log odds {law.offset:.2f} {law.slope:+.2f} ln n"
+                axes.plot(line, 100 * law.at(line), color=COLORS[law.trained_on], lw=1, label=label)
         _size_axis(axes, points)
         axes.set(ylabel="success (%), 95 % interval", ylim=(-4, 108))
         axes.set_title(f"Closed loop, simulated: {shift}", fontsize=10)

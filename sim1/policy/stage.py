@@ -103,6 +103,7 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
     from sim1.policy.scaling import fit_power_laws, measure, measure_over_real, measure_tasks
     from sim1.policy.scaling_page import write_scaling_page
     from sim1.policy.scaling_pictures import draw_error, draw_success
+    from sim1.policy.success_law import fit_success
     from sim1.policy.worlds import worlds_of
 
     source = only(inputs, "policy")
@@ -110,15 +111,16 @@ def scaling_report(inputs: Inputs, out: Path, config: ScalingReportConfig) -> Fa
     open_loop, trials = (read_table(source / name) for name in ("open_loop.parquet", "evaluation.parquet"))
     sizes = {kind: lesson["sizes"] for kind, lesson in about["lessons"].items()}
     points = measure(open_loop, trials, sizes, config.seed)
-    fits = fit_power_laws(open_loop, config.seed)
+    fits, success_fits = fit_power_laws(open_loop, config.seed), fit_success(trials, config.seed)
     worths = worth(about["lessons"], open_loop, trials, config.seed)
     if len(open_loop):
         save_figure(draw_error(points, fits), out / "error.png", dpi=110)
     if len(trials):
-        save_figure(draw_success(points), out / "success.png", dpi=110)
+        save_figure(draw_success(points, success_fits), out / "success.png", dpi=110)
     curve = Curve(
         points=tuple(points),
         fits=tuple(fits),
+        success_fits=tuple(success_fits),
         worths=tuple(worths),
         tasks=tuple(measure_tasks(trials)),
         over_real=measure_over_real(trials),
@@ -178,30 +180,38 @@ def cost_report(inputs: Inputs, out: Path, config: CostReportConfig) -> Facts:
     Raises:
         BadInput: the price file, the timings, decisions or the dataset's provenance are not what they should be.
     """
-    from sim1.policy.cost import paper_simulation, read_prices, read_timings, real_collection, this_machine
+    from sim1.policy.cost import pace_of, paper_simulation, read_prices, read_timings, real_collection, this_machine
     from sim1.policy.cost_page import SCHEMA, shown, write_cost_page
-    from sim1.policy.counting import accepted_count, shown_count
+    from sim1.policy.counting import attempt_counts, shown_count
 
     prices = read_prices(only(inputs, "prices"))
     timings = read_timings(only(inputs, "timings")) if inputs.get("timings") else {}
-    count, shown_in_dataset = accepted_count(inputs["valid_trajectories"]), shown_count(only(inputs, "dataset"))
-    here = this_machine(prices, timings, count, shown_in_dataset)
+    attempted, count = attempt_counts(inputs["valid_trajectories"])
+    shown_in_dataset = shown_count(only(inputs, "dataset"))
+    pace = pace_of(timings, attempted, count, shown_in_dataset)
+    here = this_machine(prices, pace)
     methods = [real_collection(prices), paper_simulation(prices), *([here] if here else [])]
     costs = {
         "schema": SCHEMA,
+        "attempted_count": attempted,
         "accepted_count": count,
         "shown_count": shown_in_dataset,
         "methods": [
             {**asdict(item), "usd_per_trajectory": item.usd_per_trajectory, "measured": item is here}
             for item in methods
         ],
-        "seconds": {stage: dict(times) for stage, times in timings.items()},
+        "pace": pace and asdict(pace),
+        "seconds": {stage: dict(times) for stage, times in timings.items() if times},
+        "not_in_seconds": [stage for stage, times in timings.items() if not times],
     }
     (out / "costs.json").write_text(json.dumps(costs, indent=1, sort_keys=True) + "\n")
     write_cost_page(out, prices, timings)
     return {
+        "attempted_count": attempted,
         "accepted_count": count,
         "shown_count": shown_in_dataset,
+        "seconds_per_attempt": pace and pace.attempted_s,
+        "seconds_per_accepted_trajectory_with_frames": pace and pace.trajectory_s,
         "methods": [shown(item, methods[0]) for item in methods],
     }
 

@@ -35,7 +35,7 @@ def test_a_training_too_short_to_warm_up_is_refused_as_a_setting():
 
 def test_draws_out_of_reach_do_not_keep_from_as_many_runs_as_are_allowed():
     config = CandidateTrajectoriesConfig(candidate_count=1, success_target=1, run_limit=20, tries_per_candidate=2)
-    meant, _ = quotas_of(config)
+    meant, _ = quotas_of(config, "towel")
     missed = {"ran": False, "success": False}
     ran = {"ran": True, "success": False}
     assert meant.wants_more([ran] * 19 + [missed] * 19)

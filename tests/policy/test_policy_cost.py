@@ -57,8 +57,8 @@ def timings(tmp_path):
 def test_the_papers_figures_follow_from_its_prices():
     prices = read_prices(PRICES)
     real, server = real_collection(prices), paper_simulation(prices)
-    assert real.usd_per_day == pytest.approx(282, abs=0.5)
-    assert server.usd_per_day == pytest.approx(71, abs=0.5)
+    assert real.usd_per_day == pytest.approx(paper.COST_PER_DAY["real"], abs=0.5)
+    assert server.usd_per_day == pytest.approx(paper.COST_PER_DAY["simulation"], abs=0.5)
     for method, (a_day, unit, relative) in zip((real, server), paper.COSTS.values(), strict=True):
         assert method.trajectories_per_day == pytest.approx(a_day, abs=2)
         assert method.usd_per_trajectory == pytest.approx(unit, abs=0.005)
@@ -79,6 +79,31 @@ def test_measured_seconds_become_trajectories_a_day(tmp_path, inputs, timings):
     price = yaml.safe_load(PRICES.read_text())["this_machine"]["usd_per_hour"]
     assert here["usd_per_trajectory"] == pytest.approx(80 / 3600 * price)
     assert "5 accepted trajectories" in (tmp_path / "report.html").read_text()
+
+
+def test_seconds_of_an_attempt_of_an_accepted_trajectory_and_of_its_frames_are_told_with_counts(
+    tmp_path, inputs, timings
+):
+    cost_report({**inputs, "timings": {"": timings}}, tmp_path, CostReportConfig())
+    costs = json.loads((tmp_path / "costs.json").read_text())
+    assert (costs["attempted_count"], costs["accepted_count"]) == (6, 5)
+    assert costs["pace"] == pytest.approx(
+        {"attempted_s": 170 / 6, "accepted_s": 170 / 5, "shown_s": 230 / 5, "frames_share": 220 / 400}
+    )
+    page = (tmp_path / "report.html").read_text()
+    for words in ("of 6", ">28.33<", ">34<", ">46<", ">80<", "Frames take 55 %"):
+        assert words in page
+
+
+def test_stages_whose_seconds_were_not_there_yet_are_named(tmp_path, inputs, timings):
+    content = json.loads(timings.read_text())
+    timings.write_text(json.dumps({**content, "scaling_report": {}, "image_trials": {}}))
+    cost_report({**inputs, "timings": {"": timings}}, tmp_path, CostReportConfig())
+    assert json.loads((tmp_path / "costs.json").read_text())["not_in_seconds"] == ["scaling_report", "image_trials"]
+    page = (tmp_path / "report.html").read_text()
+    assert (
+        "Not in this table, as nothing of them had been made when this page was: scaling_report, image_trials." in page
+    )
 
 
 def test_seconds_of_rendering_are_of_those_that_were_rendered(tmp_path, inputs, timings):
