@@ -18,13 +18,24 @@ Out = Annotated[Path, typer.Option(help="New folder.")]
 
 
 @dataset.command()
-def check(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+def check(
+    folder: Folder,
+    episodes: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Folder of the simulation's episodes that it was made from (data/store/rendered_episodes), to compare every frame "
+            "with; may be given more than once. In a store they are found."
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
     """Say what is wrong with a dataset; ends with 1 where something is."""
     import json
 
     from sim1.dataset.beside import PROVENANCE
     from sim1.dataset.check import check_lerobot
     from sim1.dataset.check_provenance import check_provenance
+    from sim1.dataset.check_source import check_source, sources_beside
     from sim1.dataset.limits import FILE, read_limits
     from sim1.dataset.reshape import lerobot_root
     from sim1.stage import BadInput
@@ -34,9 +45,20 @@ def check(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="
         limits = read_limits(folder) if (folder / FILE).is_file() else None
     except BadInput as error:
         stop(str(error))
+    if missing := [path for path in episodes or () if not path.is_dir()]:
+        stop(
+            f"--episodes {missing[0]}: no such folder; give the one with episodes/ in it, or with a folder per garment"
+        )
+    known = root != folder and (folder / PROVENANCE).is_file()
+    if episodes and not known:
+        stop(
+            f"--episodes: {folder} has no {PROVENANCE} that names them; give an artifact of stage dataset, not its lerobot/"
+        )
     findings = check_lerobot(root, limits=limits)
-    if root != folder and (folder / PROVENANCE).is_file() and findings[0].passed:
+    if known and findings[0].passed:
         findings += check_provenance(folder)
+        if near := episodes or sources_beside(folder):
+            findings.append(check_source(folder, near, all_there=bool(episodes)))
     if as_json:
         print(json.dumps([vars(finding) for finding in findings], indent=1, default=bool))
     else:

@@ -72,8 +72,11 @@ rest shape, starting with the vertex farthest from the mean.
 ## Provenance
 
 `provenance.parquet` has a row per episode: garment, trajectory, appearance, source demonstrations, seed, physics (JSON, of the
-simulated cloth: values, effects and digest of the fitted model, and the verdict on whether it explains the recordings), scores of
-the filters, and everything that the trajectory's own file says (`about`, JSON). Episodes with the same garment and trajectory show
+simulated cloth: values, effects and digest of the fitted model, and the verdict on whether it explains the recordings), `scores`
+(JSON: the judge's figures, what state rules and video discriminator decided, and whether the latter abstained), `cameras` (JSON, of
+each: intrinsics in pixels and pose as rendered), and everything that the trajectory's own file says (`about`, JSON). Moments of every
+episode (`reference_...`) and the digest of the simulation's file let `sim1 dataset check` tell whether data and pictures are its own.
+Episodes with the same garment and trajectory show
 the same motion in another appearance: keep them on the same side of a split.
 
 ## Reading it
@@ -84,6 +87,9 @@ from lerobot.datasets.lerobot_dataset import LeRobotDataset
 dataset = LeRobotDataset("{{ name }}", root="lerobot", video_backend="pyav")
 print(dataset[0]["observation.state"], dataset[0]["task"])
 ```
+
+To look at an episode (LeRobot's viewer, `pip install "lerobot[dataset-viz]"`, which brings rerun):
+`lerobot-dataset-viz --repo-id {{ name }} --root lerobot --episode-index 0`
 """
 
 MEANINGS = {

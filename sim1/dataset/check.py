@@ -31,9 +31,10 @@ def check_lerobot(root: Path, *, limits: tuple[np.ndarray, np.ndarray] | None = 
 
     Returns:
         Findings `tables_readable`, `counts_agree`, `indices_run_on`, `timestamps_on_grid`, `values_finite`,
-        `tasks_known`, `statistics_true`, `videos_complete`, and `joints_within_limits` where limits are given. Only the
-        first where that fails.
+        `tasks_known`, `statistics_true`, `videos_complete`, `images_readable`, and `joints_within_limits` where limits are
+        given. Only the first where that fails.
     """
+    from sim1.dataset.check_images import check_images
     from sim1.dataset.check_statistics import check_statistics
     from sim1.dataset.check_videos import check_videos
 
@@ -52,6 +53,7 @@ def check_lerobot(root: Path, *, limits: tuple[np.ndarray, np.ndarray] | None = 
         _tasks(tables),
         check_statistics(tables),
         check_videos(root, tables),
+        check_images(root, tables),
     ]
     if limits is not None:
         findings.append(_limits(tables, *limits))

@@ -1,32 +1,38 @@
-"""What holds for this project's own datasets beyond the format: pictures and states belong together."""
+"""What holds for this project's own datasets beyond the format: states, actions and pictures are those of the episode named."""
 
+import json
 from pathlib import Path
 
-import av
 import numpy as np
 import pandas as pd
 
 from sim1.dataset.beside import PROVENANCE, read_provenance
 from sim1.dataset.check import finding
-from sim1.dataset.check_videos import frame_at, video_files
+from sim1.dataset.check_pictures import check_pictures
+from sim1.dataset.keypoints import KEYPOINTS
+from sim1.dataset.references import COLUMNS, References
 from sim1.dataset.tables import INFO, Tables, column, read_tables
-from sim1.dataset.write import thumbnail
 from sim1.stage import BadInput, Finding
 
-ENDS = ("first_state", "last_state", "first_thumbnail", "last_thumbnail")
-MAX_THUMBNAIL_ERROR = 12.0  # mean grey levels of 255 that the codec may change
+ROUNDING = 1e-6  # rad, openness or m: what was kept was never rounded
 
 
 def check_provenance(artifact: Path) -> list[Finding]:
-    """Findings `provenance_complete`, `ends_match_states`, `ends_match_pictures`; the first alone where that fails."""
+    """Findings `provenance_complete`, `moments_match_states`, `moments_match_pictures`; the first alone where that fails.
+
+    Each episode is held to a few of its moments, kept when it was made: see `sim1.dataset.references`.
+    """
     path = artifact / PROVENANCE
     try:
         if not path.is_file():
             raise BadInput(f"{path}: missing; make the dataset again")
         provenance, tables = read_provenance(path), read_tables(artifact / "lerobot")
+        if missing := [name for name in COLUMNS if name not in provenance]:
+            raise BadInput(f"{PROVENANCE}: no column {', '.join(missing)}; make the dataset again")
+        references = read_references(provenance)
     except BadInput as error:
         return [Finding(name="provenance_complete", passed=False, detail=str(error))]
-    faults = [f"{PROVENANCE}: no column {name}" for name in ENDS if name not in provenance]
+    faults = []
     known, there = provenance["episode_index"].tolist(), tables.episodes["episode_index"].tolist()
     if known != there:
         faults.append(f"{PROVENANCE}: rows of episodes {known!s:.60}, the dataset has {there!s:.60}")
@@ -37,54 +43,55 @@ def check_provenance(artifact: Path) -> list[Finding]:
     if faults:
         return [finding("provenance_complete", faults, "")]
     complete = finding("provenance_complete", [], f"{len(provenance)} rows for {len(there)} episodes, none twice")
-    return [complete, _states(provenance, tables), _pictures(artifact / "lerobot", provenance, tables)]
+    return [
+        complete,
+        _states(provenance, references, tables),
+        check_pictures(artifact / "lerobot", references, tables),
+    ]
 
 
-def _states(provenance: pd.DataFrame, tables: Tables) -> Finding:
-    """First and last state of every episode are those of the trajectory that it was made from."""
-    if "observation.state" not in tables.info["features"]:
-        return finding("ends_match_states", [f"{INFO}: features has no observation.state"], "")
-    states = column(tables.frames, "observation.state")
-    faults = []
-    for row, start, end in zip(
-        provenance.itertuples(), tables.episodes["dataset_from_index"], tables.episodes["dataset_to_index"]
-    ):
-        if not 0 <= start < end <= len(states):
-            faults.append(f"episode {row.episode_index}: said to be at frames {start}..{end} of {len(states)}")
+def read_references(provenance: pd.DataFrame) -> dict[int, References]:
+    """What every episode is held to, by its number.
+
+    Raises:
+        BadInput: a row is at fault.
+    """
+    found = {}
+    for row in provenance.to_dict("records"):
+        try:
+            found[int(row["episode_index"])] = References.of_row(row, sorted(json.loads(row["cameras"])))
+        except (BadInput, ValueError, TypeError) as error:
+            raise BadInput(
+                f"{PROVENANCE}: episode {row['episode_index']}: {error}; restore the file, or make the dataset again"
+            ) from error
+    return found
+
+
+def _states(provenance: pd.DataFrame, references: dict[int, References], tables: Tables) -> Finding:
+    """Length, and states, actions and garment at every moment that was kept."""
+    name = "moments_match_states"
+    if missing := [key for key in ("observation.state", "action") if key not in tables.info["features"]]:
+        return finding(name, [f"{INFO}: features has no {', '.join(missing)}"], "")
+    kept = {"observation.state": "states", "action": "actions"}
+    if KEYPOINTS in tables.info["features"]:  # a privileged column that may have been removed
+        kept[KEYPOINTS] = "keypoints_m"
+    columns = {key: column(tables.frames, key) for key in kept}
+    faults, count = [], 0
+    for row in tables.episodes.itertuples():
+        start, end, index = row.dataset_from_index, row.dataset_to_index, row.episode_index
+        if not 0 <= start < end <= len(tables.frames):
+            faults.append(f"episode {index}: said to be at frames {start}..{end} of {len(tables.frames)}")
             continue
-        for which, frame, said in (("first", start, row.first_state), ("last", end - 1, row.last_state)):
-            known = np.array(said, float)
-            if known.shape != states[frame].shape or not np.allclose(states[frame], known, atol=1e-6):
-                faults.append(
-                    f"episode {row.episode_index}: {tables.place(frame)} is not the {which} state in {PROVENANCE}"
-                )
-    return finding("ends_match_states", faults, f"{len(provenance)} episodes")
-
-
-def _pictures(root: Path, provenance: pd.DataFrame, tables: Tables) -> Finding:
-    """First and last frame of every episode are those that were rendered for those states."""
-    keys = [name for name, feature in tables.info["features"].items() if feature["dtype"] == "video"]
-    if not keys:
-        return finding("ends_match_pictures", [f"{INFO}: features has no video"], "")
-    key = min(keys)
-    thumbnails = provenance.set_index("episode_index")
-    faults, worst = [], 0.0
-    for path, episodes in video_files(root, tables, key):
-        for index, begin, end in episodes[
-            ["episode_index", f"videos/{key}/from_timestamp", f"videos/{key}/to_timestamp"]
-        ].itertuples(index=False):
-            for which, time_s in (("first", begin), ("last", end - 1.0 / tables.info["fps"])):
-                try:
-                    seen = np.array(thumbnail(frame_at(path, time_s)), float)
-                except (OSError, ValueError, av.error.FFmpegError) as error:
-                    faults.append(f"episode {index}, {which} frame: {error}")
-                    continue
-                known = np.array(thumbnails.loc[index, f"{which}_thumbnail"], float)
-                if known.shape != seen.shape:
-                    faults.append(f"episode {index}: {which}_thumbnail in {PROVENANCE} has {known.size} values")
-                    continue
-                error = float(np.abs(seen - known).mean())
-                worst = max(worst, error)
-                if error > MAX_THUMBNAIL_ERROR:
-                    faults.append(f"episode {index}, {which} frame: {error:.1f} grey levels off")
-    return finding("ends_match_pictures", faults, f"worst {worst:.1f} grey levels off, limit {MAX_THUMBNAIL_ERROR:g}")
+        if (length := int(provenance["frame_count"].iloc[index])) != end - start:
+            faults.append(f"episode {index}: {end - start} frames, {PROVENANCE} says {length}")
+            continue
+        reference = references[index]
+        for key, place in kept.items():
+            for frame, known in zip(reference.frames, getattr(reference, place), strict=True):
+                count += 1
+                seen = columns[key][start + frame]
+                if known.shape != seen.shape or not np.allclose(seen, known, rtol=0.0, atol=ROUNDING):
+                    where = tables.place(int(start + frame))
+                    faults.append(f"episode {index}: {key} of {where} is not that of frame {frame} in {PROVENANCE}")
+                    break
+    return finding(name, faults, f"{count} vectors of {len(provenance)} episodes, {', '.join(kept)}")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sim1.dataset.check_images import channels_of
 from sim1.dataset.tables import EPISODES, STATS, TEXT, VISUAL, Tables, column, plain
 from sim1.stage import Finding
 
@@ -80,8 +81,7 @@ def _compared(where: str, said: dict[str, Any], values: np.ndarray, longest: int
 
 
 def _visual(name: str, feature: dict[str, Any], tables: Tables) -> Iterator[str]:
-    names = feature.get("names") or ()
-    channels = feature["shape"][0 if names and str(names[0]).startswith("channel") else -1]
+    channels = channels_of(feature)
     top = np.inf if (feature.get("info") or {}).get("is_depth_map") else 1.0
     whole, faults = _numbers(f"{STATS}: {name}", tables.stats[name], (channels, 1, 1))
     parts = []

@@ -90,7 +90,7 @@ def _faults(
     if len(times_s) != episodes["length"].sum():
         yield f"{name}: {len(times_s)} frames, its episodes have {episodes['length'].sum()}"
         return
-    height, width = _size(feature)
+    height, width = size_of(feature)
     if sizes != {(height, width)}:
         yield f"{name}: size {sorted(sizes)}, {INFO} says {(height, width)}"
     off = np.abs(times_s - times_s[0] - np.arange(len(times_s)) / fps)
@@ -126,7 +126,7 @@ def _apart(begin_s: float, end_s: float, own_s: np.ndarray, times_s: np.ndarray,
         yield f"to_timestamp is {end_s:.4f} s, its last frame ends at {times_s[-1] + step_s:.4f} s"
 
 
-def _size(feature: dict[str, Any]) -> tuple[int, int]:
+def size_of(feature: dict[str, Any]) -> tuple[int, int]:
     """Height and width: LeRobot knows channels before and after them, by the names."""
     names, shape = feature.get("names"), feature["shape"]
     first = isinstance(names, list) and str(names[0]).startswith("channel")

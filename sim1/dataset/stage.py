@@ -33,14 +33,16 @@ def dataset(inputs: Inputs, out: Path, config: DatasetConfig) -> Facts:
     """Write `lerobot/`, `README.md`, `provenance.parquet`, `keypoints.json`, `limits.json` and pictures.
 
     Raises:
-        BadInput: nothing to write, the garments were rendered at different rates, sizes or with different cameras, or a
-            mesh has fewer vertices than `keypoint_count`.
+        BadInput: nothing to write, the garments were rendered at different rates, sizes or with different cameras, a mesh has
+            fewer vertices than `keypoint_count`, or an input is damaged.
     """
     from sim1.dataset.card import write_card
+    from sim1.dataset.decisions import read_decisions
     from sim1.dataset.limits import write_limits
     from sim1.dataset.physics import known_physics
     from sim1.dataset.sources import read_clips
-    from sim1.dataset.write import write_dataset
+    from sim1.dataset.write import Known, write_dataset
+    from sim1.scene.description import read_scene
 
     artifacts = inputs.get("rendered_episodes", {})
     if not artifacts:
@@ -50,9 +52,18 @@ def dataset(inputs: Inputs, out: Path, config: DatasetConfig) -> Facts:
         raise BadInput(
             f"dataset: the rendered episodes of {', '.join(sorted(artifacts))} are empty; no trajectory was accepted"
         )
-    models, reports = inputs.get("calibrated_physics", {}), inputs.get("mismatch_report", {})
-    physics = {garment: known_physics(models.get(garment), reports.get(garment)) for garment in artifacts}
-    provenance = write_dataset(clips, out, config, name=NAME, physics=physics)
+    models, reports, filtered, scenes = (
+        inputs.get(stage, {}) for stage in ("calibrated_physics", "mismatch_report", "valid_trajectories", "scene")
+    )
+    known = {
+        garment: Known(
+            physics=known_physics(models.get(garment), reports.get(garment)),
+            decisions=read_decisions(filtered[garment]) if garment in filtered else None,
+            scene=read_scene(scenes[garment]) if garment in scenes else None,
+        )
+        for garment in artifacts
+    }
+    provenance = write_dataset(clips, out, config, name=NAME, known=known)
     write_limits(out, only(inputs, "robot"))
     owner = read_data_file(only(inputs, "owner"), DatasetFile, SCHEMA) if inputs.get("owner") else DatasetFile()
     return write_card(out, provenance, name=NAME, license=owner.license)

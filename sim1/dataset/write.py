@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,21 +11,32 @@ import numpy as np
 import pandas as pd
 from PIL import Image
 
+from sim1.dataset.camera_models import camera_model
+from sim1.dataset.decisions import scores
 from sim1.dataset.keypoints import KEYPOINTS, keypoint_indices
 from sim1.dataset.quiet import quiet_libraries
+from sim1.dataset.references import reference_columns
 from sim1.dataset.sources import RenderedClip
 from sim1.dataset.stage import DatasetConfig
-from sim1.episode import STATE_NAMES
+from sim1.episode import STATE_NAMES, Episode
 from sim1.progress import track
+from sim1.scene.description import Scene
 from sim1.stage import BadInput
 
-THUMBNAIL = (8, 6)  # pixels; enough to tell whether a frame belongs to a state, whatever the codec did to it
+
+@dataclass(frozen=True, kw_only=True)
+class Known:
+    """What is known of a garment's episodes beside what was rendered; None: nothing."""
+
+    physics: dict[str, Any] | None = None  # JSON, see `known_physics`
+    decisions: Mapping[str, dict[str, Any]] | None = None  # by trajectory, see `read_decisions`
+    scene: Scene | None = None  # carries the cameras
 
 
 def write_dataset(
-    clips: list[RenderedClip], out: Path, config: DatasetConfig, *, name: str, physics: Mapping[str, Any]
+    clips: list[RenderedClip], out: Path, config: DatasetConfig, *, name: str, known: Mapping[str, Known]
 ) -> pd.DataFrame:
-    """Write `lerobot/`, `keypoints.json` and `provenance.parquet` into `out`. `physics`: JSON value by garment.
+    """Write `lerobot/`, `keypoints.json` and `provenance.parquet` into `out`. `known`: by garment.
 
     Returns:
         The provenance: one row per episode of the dataset, in its order.
@@ -60,8 +72,11 @@ def write_dataset(
     rows = []
     with quiet_libraries():
         for index, clip in enumerate(track(clips, "episodes")):
-            row = _add_episode(writer, clip, keypoints[clip.garment])
-            rows.append({"episode_index": index, **row, "physics": json.dumps(physics[clip.garment], sort_keys=True)})
+            episode, chosen = clip.read_episode(), keypoints[clip.garment]
+            task = _add_episode(writer, clip, episode, chosen)
+            row = _provenance(clip, episode, known[clip.garment])
+            references = reference_columns(clip, episode, chosen)
+            rows.append({"episode_index": index, "task": task, **row, **references})
         writer.finalize()
     _sort_keys(
         out / "lerobot" / "meta" / "stats.json"
@@ -83,11 +98,6 @@ def _keypoints(clip: RenderedClip, count: int) -> np.ndarray:
     return keypoint_indices(clip.rest_m, count)
 
 
-def thumbnail(image: np.ndarray) -> list[int]:
-    """A frame (h, w, 3) u8 reduced to a few block means, flattened."""
-    return np.asarray(Image.fromarray(image).resize(THUMBNAIL, Image.Resampling.BOX)).ravel().tolist()
-
-
 def _features(cameras: tuple[tuple[str, int, int], ...], keypoint_count: int) -> dict:
     state = {"dtype": "float32", "shape": (len(STATE_NAMES),), "names": STATE_NAMES}
     points = [f"garment_{index}_{axis}_m" for index in range(keypoint_count) for axis in "xyz"]
@@ -107,9 +117,8 @@ def _features(cameras: tuple[tuple[str, int, int], ...], keypoint_count: int) ->
     }
 
 
-def _add_episode(writer, clip: RenderedClip, keypoints: np.ndarray) -> dict:
-    """Append a clip; returns what is to be known about it."""
-    episode = clip.read_episode()
+def _add_episode(writer, clip: RenderedClip, episode: Episode, keypoints: np.ndarray) -> str:
+    """Append a clip; returns its task in words."""
     if episode.garment_m.shape[1] != len(clip.rest_m):
         raise BadInput(
             f"{clip.episode}: {episode.garment_m.shape[1]} garment vertices, its mesh has {len(clip.rest_m)}; render the episodes again"
@@ -127,11 +136,8 @@ def _add_episode(writer, clip: RenderedClip, keypoints: np.ndarray) -> dict:
             f"{clip.episode}/episode.json: task_text is {task!r}, expected the task in words; make the episode again"
         )
     files = {camera: clip.frames(camera) for camera in sorted(clip.cameras)}
-    ends = {}
     for frame in range(len(states)):
         images = {camera: np.asarray(Image.open(paths[frame]).convert("RGB")) for camera, paths in files.items()}
-        if frame in (0, len(states) - 1):
-            ends["first" if frame == 0 else "last"] = thumbnail(images[min(images)])
         writer.add_frame(
             {
                 "observation.state": states[frame],
@@ -142,22 +148,31 @@ def _add_episode(writer, clip: RenderedClip, keypoints: np.ndarray) -> dict:
             }
         )
     writer.save_episode()
-    about = episode.about
+    return task
+
+
+def _provenance(clip: RenderedClip, episode: Episode, known: Known) -> dict[str, Any]:
+    """Where an episode comes from, by column."""
+    about, decision = episode.about, None
+    if known.decisions is not None:
+        decision = known.decisions.get(clip.trajectory)
+        if decision is None:
+            raise BadInput(
+                f"{clip.episode}: rendered, but valid_trajectories decided on no episode of that name; render the episodes again"
+            )
+    cameras = {name: camera_model(name, camera, known.scene) for name, camera in clip.cameras.items()}
     return {
         "garment": clip.garment,
         "trajectory": clip.trajectory,
         "appearance": clip.appearance,
         "sources": [str(source) for source in about.get("sources", [])],
-        "task": task,
-        "frame_count": len(states),
+        "frame_count": clip.about["frame_count"],
         "seed": json.dumps(about.get("seed")),
-        "scores": json.dumps(about.get("scores", about.get("figures")), sort_keys=True),
+        "scores": json.dumps(scores(about, decision), sort_keys=True),
         "look": json.dumps(clip.about["appearance"], sort_keys=True),
+        "cameras": json.dumps(cameras, sort_keys=True),
+        "physics": json.dumps(known.physics, sort_keys=True),
         "about": json.dumps(about, sort_keys=True),  # everything the episode's file says
-        "first_thumbnail": ends["first"],
-        "last_thumbnail": ends.get("last", ends["first"]),
-        "first_state": states[0].tolist(),
-        "last_state": states[-1].tolist(),
     }
 
 

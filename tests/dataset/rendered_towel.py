@@ -1,6 +1,7 @@
 """A small artifact of rendered episodes, its frames painted instead of rendered."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,18 @@ def make_episode(frame_count: int, seed: int) -> Episode:
     )
 
 
+def painted(frame: int, number: int, variant: int, camera: str) -> np.ndarray:
+    return frame_image(frame, hue=60 + 100 * variant + 50 * number)
+
+
+def seen_by(camera: str, size: tuple[int, int]) -> dict:
+    """A camera of `appearance.json`: a metre above the table, looking straight down, or on a wrist."""
+    pose = np.eye(4)
+    pose[2, 3] = 1.0
+    moves = camera != "head"
+    return {"width": size[0], "height": size[1], "fy_px": 40.0, "camera_to_world": pose.tolist(), "moves": moves}
+
+
 def write_rendered(
     artifact: Path,
     *,
@@ -54,8 +67,14 @@ def write_rendered(
     variants: int = 1,
     rate_hz: int = 10,
     size=(WIDTH, HEIGHT),
+    cameras: tuple[str, ...] = ("head",),
+    make: Callable[[int, int], Episode] = make_episode,
+    paint: Callable[[int, int, int, str], np.ndarray] = painted,
 ) -> Path:
-    """An artifact of `rendered_episodes` with episodes of that many states."""
+    """An artifact of `rendered_episodes` with episodes of that many states.
+
+    `make` is given frame count and number of an episode, `paint` frame, number, variant and camera.
+    """
     artifact.mkdir(parents=True)
     np.savez(
         artifact / "garment.npz",
@@ -64,24 +83,25 @@ def write_rendered(
     )
     for number, frame_count in enumerate(frame_counts):
         folder = artifact / "episodes" / f"{number:04d}"
-        write_episode(folder, make_episode(frame_count, seed=number))
+        write_episode(folder, make(frame_count, number))
         shown = len(range(0, frame_count, STRIDE))
         for variant in range(variants):
             clip = folder / f"v{variant}"
-            (clip / "head").mkdir(parents=True)
-            camera = {"width": size[0], "height": size[1], "fy_px": 40.0, "moves": False}
+            clip.mkdir()
             about = {
                 "schema": SCHEMA,
                 "rate_hz": rate_hz,
                 "stride": STRIDE,
                 "frame_count": shown,
-                "cameras": {"head": camera},
+                "cameras": {name: seen_by(name, size) for name in cameras},
                 "appearance": LOOK,
             }
             (clip / "appearance.json").write_text(json.dumps(about))
-            for frame in range(shown):
-                image = Image.fromarray(frame_image(frame, hue=60 + 100 * variant + 50 * number)).resize(size)
-                image.save(clip / "head" / f"{frame:06d}.png")
+            for camera in cameras:
+                (clip / camera).mkdir()
+                for frame in range(shown):
+                    image = Image.fromarray(paint(frame, number, variant, camera)).resize(size)
+                    image.save(clip / camera / f"{frame:06d}.png")
     return artifact
 
 

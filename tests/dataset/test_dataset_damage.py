@@ -56,7 +56,7 @@ DAMAGE = {
     ),
     "the first state of another trajectory": (
         lambda a: change_table(only_file(a, FRAMES), lambda t: set_cell(t, 7, "observation.state", 0.5, 3)),
-        "ends_match_states",
+        "moments_match_states",
     ),
     "an episode said to start elsewhere": (
         lambda a: change_table(only_file(a, EPISODES), lambda t: set_cell(t, 1, "dataset_from_index", 6)),
@@ -105,7 +105,7 @@ def test_pictures_of_other_states_are_found(artifact, tmp_path):
         {"robot": ROBOT, "rendered_episodes": {"towel": other}}, tmp_path / "turned", DatasetConfig(keypoint_count=4)
     )
     shutil.copy(only_file(tmp_path / "turned", VIDEO), only_file(artifact, VIDEO))
-    assert failures(artifact) == ["ends_match_pictures"]
+    assert failures(artifact) == ["moments_match_pictures"]
 
 
 def test_the_check_needs_nothing_of_this_project(good):

@@ -19,6 +19,14 @@ RENDER = RenderConfig(width=32, height=24, samples=1, rate_hz=10, variants=1, de
 ATTEMPTS = {"0000": True, "0001": False, "0002": True}  # whether it was accepted
 
 
+def row(name: str, accepted: bool) -> dict:
+    """What `sim1 generate` keeps of an attempt, as far as a dataset is made of it."""
+    rules = {"rules_pass": accepted, "rules_broken": "" if accepted else "height_m above 0.1"}
+    video = {"video_score": 0.75, "video_pass": True, "video_abstains": False}
+    judged = {"success": True, "failure": None, "perturbed": False}
+    return {"episode": name, "accepted": accepted, **judged, **rules, **video}
+
+
 @pytest.fixture
 def generated(tmp_path) -> Path:
     """A folder of `sim1 generate` with two accepted episodes of three."""
@@ -27,7 +35,7 @@ def generated(tmp_path) -> Path:
     (folder / "plan.json").write_text(json.dumps({"garment": "towel", "variant": None, "setting.seed": 4}))
     for place, (name, accepted) in enumerate(ATTEMPTS.items()):
         write_episode(folder / "episodes" / name, episode(13 + 3 * place))
-        (folder / "attempts" / f"{name}.json").write_text(json.dumps({"episode": name, "accepted": accepted}))
+        (folder / "attempts" / f"{name}.json").write_text(json.dumps(row(name, accepted)))
     return folder
 
 
@@ -78,6 +86,8 @@ def test_accepted_episodes_are_rendered_and_written_under_names_that_tell_the_se
     provenance = pd.read_parquet(tmp_path / "out" / "dataset" / "provenance.parquet")
     assert provenance["trajectory"].tolist() == ["seed4_0000", "seed4_0002"]
     assert provenance["frame_count"].tolist() == [5, 7]
+    said = [json.loads(scores) for scores in provenance["scores"]]
+    assert [(one["rules_pass"], one["video_score"], one["accepted"]) for one in said] == [(True, 0.75, True)] * 2
     assert not (tmp_path / "out" / "dataset.part").exists()
     with pytest.raises(BadInput, match=r"out/dataset: exists; give another folder"):
         write(generated, inputs, tmp_path / "out")

@@ -113,7 +113,7 @@ def test_lerobot_hands_no_policy_what_only_a_simulator_knows(made):
 def test_its_own_check_passes(made):
     findings = check_dataset(made)
     assert all(finding.passed for finding in findings), findings
-    assert len(findings) == 12
+    assert len(findings) == 13
 
 
 def test_provenance_tells_trajectory_appearance_and_sources(made):

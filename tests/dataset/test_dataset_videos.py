@@ -103,7 +103,7 @@ def test_a_video_of_no_known_codec_is_named_and_does_not_end_the_program(artifac
     answer = subprocess.run([sys.executable, "-c", script, str(artifact)], capture_output=True, text=True, check=False)
     assert answer.returncode == 1, answer.stderr
     assert "file-000.mp4: cannot be decoded (its video is of no known codec)" in answer.stdout
-    assert "FAILED ends_match_pictures" in answer.stdout
+    assert "FAILED moments_match_pictures" in answer.stdout
 
 
 def test_channels_before_height_and_width_are_read_by_their_names(artifact):

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 
 from sim1.dataset.sources import read_clips
 from sim1.dataset.stage import NAME, DatasetConfig
-from sim1.dataset.write import write_dataset
+from sim1.dataset.write import Known, write_dataset
 from sim1.policy.episodes import KEYPOINTS, Trajectory
 from sim1.policy.image.clips import Clip
 from sim1.policy.image.shifts import shifted_looks
@@ -22,6 +22,7 @@ from sim1.render.appearance import Appearance
 from sim1.render.blender import run_blender
 from sim1.render.looks.draw import read_looks
 from sim1.render.plan import plan_job
+from sim1.scene.description import read_scene
 from sim1.stage import BadInput, Inputs, only, random_stream
 
 RENDERING_SHARE = 0.95  # of the progress; the rest is the video encoder's
@@ -80,7 +81,8 @@ def write_views(
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir()
     with within(RENDERING_SHARE, 1.0):
-        write_dataset(clips, part, _written_like(dataset), name=NAME, physics=dict.fromkeys(garments))
+        known = {garment: Known(scene=read_scene(inputs["scene"][garment])) for garment in garments}
+        write_dataset(clips, part, _written_like(dataset), name=NAME, known=known)
     part.rename(out / "views")
 
 
