@@ -158,7 +158,7 @@ def title_of(row: Mapping[str, Any]) -> str:
 def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: float = 1.0) -> Bench:
     """A cell with a garment as the expert found it there, and the judge of its task.
 
-    In `reality` the fabric, air and friction are those of the stand-in, which no stage that made training data has seen, at finer
+    In `reality` fabric, effects and friction are those of the stand-in, which no stage that made training data has seen, at finer
     steps, and the garment lies as that fabric does. Where reality is real cloth, and in `simulator`, it is the cell that the
     training data come from. Friction of all contacts is taken times `friction_factor`, after the garment was laid down.
 
