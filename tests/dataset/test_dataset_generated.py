@@ -63,7 +63,8 @@ def blender(monkeypatch):
                 continue
             if len(painted) == paint.limit:
                 raise KeyboardInterrupt
-            image = np.random.default_rng(frame).integers(0, 255, (24, 32, 3)).astype(np.uint8)
+            blocks = np.random.default_rng(frame).integers(0, 255, (3, 4, 3)).astype(np.uint8)
+            image = blocks.repeat(8, axis=0).repeat(8, axis=1)  # finer noise is more than a video codec keeps
             path.parent.mkdir(parents=True, exist_ok=True)
             Image.fromarray(image).save(path)
             painted.append(str(path))

@@ -72,7 +72,7 @@ def not_a_number() -> dict:
     ("cell", "said"),
     [
         ({"bytes": b"\x89PNG, cut off", "path": None}, "eyes.front cannot be decoded"),
-        ({"bytes": png(WIDTH, HEIGHT)["bytes"][:60], "path": None}, "eyes.front cannot be decoded"),
+        ({"bytes": png(WIDTH, HEIGHT)["bytes"][:50], "path": None}, "eyes.front cannot be decoded"),
         ({"bytes": None, "path": None}, "eyes.front cannot be decoded (neither bytes nor a path)"),
         ({"bytes": None, "path": "images/gone.png"}, "eyes.front cannot be decoded ([Errno 2]"),
         (png(HEIGHT, WIDTH), "eyes.front is 32 x 24 x 3, expected 24 x 32 x 3 (height, width, channels)"),
