@@ -19,7 +19,7 @@ import numpy as np
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.cloth.precise.world import World
 from sim1.mismatch.decide import decide, leaves_more
-from sim1.mismatch.diagnose import Diagnosis, diagnose
+from sim1.mismatch.diagnose import Diagnosis, as_far_as_tried, diagnose
 from sim1.mismatch.engine import Engine, Looked
 from sim1.mismatch.excess import mean_square
 from sim1.mismatch.fit import Fit, fit, temper_of
@@ -105,9 +105,7 @@ def fit_error_alone(whole: Diagnosis) -> Called:
 def no_veto(whole: Diagnosis) -> Called:
     """What the fits alone say by the rules: motion held out takes back no name and speaks for none."""
     decision = decide(list(whole.models), THRESHOLDS, whole.measured)
-    if not decision.chosen.terms:  # there was nothing that motion held out could be asked about
-        return whole.verdict, ()
-    return decision.verdict, decision.chosen.terms
+    return as_far_as_tried(decision.verdict, whole.stopped, whole.lost, THRESHOLDS), decision.chosen.terms
 
 
 def _called(found: Diagnosis) -> Called:

@@ -106,9 +106,7 @@ def _diagnose(
     foretold["augmented"] = foretold["baseline"]
     if decision.chosen.terms:
         foretold["augmented"] = foretold_by(engine, decision.chosen, fitted).and_of(told[decision.chosen.terms])
-    verdict = decision.verdict
-    if verdict == "none" and (stopped or any(candidate.gain > thresholds.named for candidate in found.lost)):
-        verdict = "unknown"  # not all was tried
+    verdict = as_far_as_tried(decision.verdict, stopped, found.lost, thresholds)
     noise = frame_noise(bundle, engine.noise_m, engine.block_frames)
     progress(0.93, "locating")
     located = locate_forces(engine, decision.chosen.fit, engine.names)
@@ -150,6 +148,12 @@ def _diagnose(
         ),
         simulating_s=engine.simulating_s,
     )
+
+
+def as_far_as_tried(verdict: str, stopped: bool, lost: tuple[Candidate, ...], thresholds: Thresholds) -> str:
+    """`unknown` in place of `none` where the search ended early, or no simulation followed something that promised a name."""
+    untried = stopped or any(candidate.gain > thresholds.named for candidate in lost)
+    return "unknown" if verdict == "none" and untried else verdict
 
 
 def _error_m(bundle: Bundle, told: Foretold, names: tuple[str, ...]) -> float | None:

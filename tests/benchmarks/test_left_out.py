@@ -27,9 +27,17 @@ def unknowns():
     return replace(baseline(empty_bundle(motions=2)), nominal=())
 
 
-def whole_of(pool, verdict="unknown"):
-    """As much of a diagnosis as is read of it once its models are there."""
-    return SimpleNamespace(models=tuple(pool), baseline=pool[0], measured=frozenset(), verdict=verdict)
+def whole_of(pool, verdict="unknown", chosen=0, lost=()):
+    """As much of a diagnosis as is read of it once its models are there; `chosen`: place in the pool."""
+    return SimpleNamespace(
+        models=tuple(pool),
+        baseline=pool[0],
+        chosen=pool[chosen],
+        measured=frozenset(),
+        verdict=verdict,
+        stopped=False,
+        lost=lost,
+    )
 
 
 def test_by_fit_error_alone_the_least_misfit_is_named_whatever_it_costs_or_gains(unknowns):
@@ -51,7 +59,13 @@ def test_without_a_veto_a_name_that_motion_held_out_took_back_stays(unknowns, mo
 def test_without_a_veto_what_was_never_held_against_motion_stays_as_it_was_said(unknowns, monkeypatch):
     """Nothing gains, and an effect that no simulation followed keeps the whole diagnosis from `none`."""
     monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.0)
-    assert no_veto(whole_of(pool_of(unknowns, {DRAG: LITTLE}), verdict="unknown")) == ("unknown", ())
+    lost = (SimpleNamespace(gain=ENOUGH),)
+    assert no_veto(whole_of(pool_of(unknowns, {DRAG: LITTLE}), lost=lost)) == ("unknown", ())
+
+
+def test_without_motion_held_out_what_it_alone_made_a_name_is_none(unknowns, monkeypatch):
+    monkeypatch.setattr("sim1.mismatch.decide.overcounted", lambda fit, base: 1.0)
+    assert no_veto(whole_of(pool_of(unknowns, {DRAG: LITTLE}), verdict="named", chosen=1)) == ("none", ())
 
 
 @pytest.mark.parametrize(
