@@ -1,6 +1,5 @@
 """One page for the whole run: what was found, then pictures and figures of every stage, and how long each took."""
 
-import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -100,15 +99,19 @@ def _base(snapshot: Snapshot, present: _Present) -> dict[str, dict[str, Path]]:
 
 
 def _plans(snapshot: Snapshot) -> Any:
-    """Settings in every profile of the nodes that measure what the paper claims; of a profile that cannot be read none."""
+    """Settings in every profile of the nodes that measure what the paper claims; of one that cannot be read, why."""
     from sim1.policy.claims.page import NODES, Plans
 
     settings: dict[str, dict[str, dict[str, Any]]] = {}
+    damaged: dict[str, str] = {}
     for profile in PROFILES:
-        with contextlib.suppress(GraphError):
+        try:
             nodes = load_graph(snapshot.home, profile).nodes
+        except GraphError as error:
+            damaged[profile] = str(error)
+        else:
             settings[profile] = {id_: resolved_config(nodes[id_]) for id_ in NODES if id_ in nodes}
-    return Plans(profile=snapshot.graph.profile, settings=settings)
+    return Plans(profile=snapshot.graph.profile, settings=settings, damaged=damaged)
 
 
 def _remarks(present: _Present, states: dict[str, str]) -> dict[str, str]:

@@ -257,3 +257,13 @@ def test_every_claim_stands_on_the_page_of_results_before_all_else_with_what_a_r
 def test_claims_ask_for_nodes_that_some_profile_may_have():
     assert {"policy", "image_trials", "slicing/valid_trajectories", "uncalibrated/policy"} <= set(NODES)
     assert all(math.isfinite(one.band.low) or math.isfinite(one.band.high) for one in CLAIMS)
+
+
+def test_a_profile_that_cannot_be_read_is_told():
+    section = claims_section(
+        {}, Plans(profile="quick", damaged={"study": "pipeline/profiles/study.yaml: no such stage"})
+    )
+    told = (
+        "Profile study cannot be read, what it would measure is not told: pipeline/profiles/study.yaml: no such stage."
+    )
+    assert told in section.paragraphs

@@ -38,6 +38,7 @@ class Plans:
 
     profile: str = ""  # in force
     settings: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)  # profile -> node -> settings
+    damaged: Mapping[str, str] = field(default_factory=dict)  # profiles that cannot be read, and why
 
 
 NODES = tuple(
@@ -59,6 +60,10 @@ def claims_section(made: Inputs, plans: Plans) -> Section:
             "what agrees with the claim (column); disagrees: all of it lies outside; not decided: it holds both, or there is none. The paper's figures carry no interval; what is let pass is said.",
             "No verdict is about a robot: whatever stands here was measured in simulation, demonstrations are a scripted expert's, what is called real is a stand-in, "
             "and garments and policies are those of the sections below. “Agrees” says that this simulation shows the like, “disagrees” that it does not.",
+            *(
+                f"Profile {name} cannot be read, what it would measure is not told: {why}."
+                for name, why in plans.damaged.items()
+            ),
         ],
         table=rows,
     )

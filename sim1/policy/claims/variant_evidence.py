@@ -1,6 +1,6 @@
 """What variants of the graph say to claims of what each part is worth."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from sim1.clustered_share import Difference
@@ -8,6 +8,10 @@ from sim1.policy.claims.evidence import Evidence, Finder, nothing_of
 from sim1.policy.claims.verdict import Measured, Missing
 from sim1.policy.counting import percentage_points, rate
 from sim1.statistics import Interval, difference_interval, wilson_interval
+
+type Side = tuple[
+    int, int, Interval | None
+]  # how many of how many, and its interval; None: of trials that are independent
 
 
 def pass_rate(variant: str) -> Finder:
@@ -24,14 +28,7 @@ def pass_rate(variant: str) -> Finder:
 
 def pass_over(variant: str, other: str) -> Finder:
     """Pass rate of a variant minus that of another."""
-
-    def find(known: Evidence) -> Measured | Missing:
-        rows = [_row(known, name) for name in (variant, other)]
-        if missing := [row.why for row in rows if isinstance(row, Missing)]:
-            return Missing(why="; ".join(dict.fromkeys(missing)))
-        return _apart([(row["accepted_count"], row["candidate_count"], None) for row in rows])
-
-    return find
+    return _over(variant, other, _row, lambda row: (row["accepted_count"], row["candidate_count"], None))
 
 
 def policy_success(variant: str) -> Finder:
@@ -55,14 +52,11 @@ def policy_success(variant: str) -> Finder:
 def policy_over(variant: str, other: str) -> Finder:
     """Success of the policy of a variant minus that of another."""
 
-    def find(known: Evidence) -> Measured | Missing:
-        rows = [_tried_row(known, name) for name in (variant, other)]
-        if missing := [row.why for row in rows if isinstance(row, Missing)]:
-            return Missing(why="; ".join(dict.fromkeys(missing)))
-        tried = [row["all_trials"] for row in rows]
-        return _apart([(one["success_count"], one["trial_count"], Interval(*one["interval"])) for one in tried])
+    def side(row: Mapping[str, Any]) -> Side:
+        tried = row["all_trials"]
+        return tried["success_count"], tried["trial_count"], Interval(*tried["interval"])
 
-    return find
+    return _over(variant, other, _tried_row, side)
 
 
 def base_over(variant: str) -> Finder:
@@ -81,7 +75,24 @@ def base_over(variant: str) -> Finder:
     return find
 
 
-def _apart(sides: Sequence[tuple[int, int, Interval | None]]) -> Measured:
+def _over(
+    variant: str,
+    other: str,
+    row_of: Callable[[Evidence, str], Mapping[str, Any] | Missing],
+    side: Callable[[Mapping[str, Any]], Side],
+) -> Finder:
+    """A variant's share minus another's, which are no pairs; `row_of` finds their rows, `side` what is compared."""
+
+    def find(known: Evidence) -> Measured | Missing:
+        rows = [row_of(known, name) for name in (variant, other)]
+        if missing := [row.why for row in rows if isinstance(row, Missing)]:
+            return Missing(why="; ".join(dict.fromkeys(missing)))
+        return _apart([side(row) for row in rows])
+
+    return find
+
+
+def _apart(sides: Sequence[Side]) -> Measured:
     """Of two shares that are no pairs, by Newcombe's interval; without an interval of its own, a side has Wilson's."""
     (one, other), counts = ((won / of, interval or wilson_interval(won, of)) for won, of, interval in sides), sides
     found = difference_interval(one, other)
