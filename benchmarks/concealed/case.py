@@ -12,7 +12,7 @@ from benchmarks.concealed.setting import Setting, draw_setting
 STRENGTHS = {"weak": 0.3, "medium": 3.5, "strong": 10.0}
 """Change of the markers over the noise, both root mean square, in the motions that show the effect best.
 
-Weak is below what a diagnosis can detect: what it says from there on that an effect shows was a fifth of medium, in the median of a campaign."""
+Weak is meant to be below what a diagnosis can detect: from a fifth of medium on, in the median of a campaign, it says that an effect shows."""
 
 FILMED = 5
 HELD_OUT = 2

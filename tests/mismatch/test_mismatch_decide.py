@@ -257,6 +257,16 @@ def test_a_rival_that_fits_better_keeps_its_probability_and_what_rules_refused_h
     assert [one.terms for one in admitted(found, THRESHOLDS)] == [(), chosen.terms, worse.terms]
 
 
+def test_where_motion_held_out_made_the_name_those_that_it_was_asked_about_are_judged_with_it(unknowns):
+    """By fits alone the rival is ahead of what motion held out has named."""
+    stretch, stiff = ("anisotropic_stretch",), ("strain_stiffening",)
+    pool, heard = pool_of(unknowns, {stretch: 60.0, stiff: 50.0}), pool_of(unknowns, {stretch: 100.0, stiff: 300.0})
+    found = SimpleNamespace(verdict="named", chosen=pool[2], rivals=(), models=tuple(pool), heard=tuple(heard))
+    standing = admitted(found, THRESHOLDS)
+    assert [one.terms for one in standing] == [(), stretch, stiff]
+    assert all(any(one is other for other in heard) for one in standing)
+
+
 def test_even_odds_are_where_a_name_begins_and_the_unknown_is_as_probable_as_all_names(unknowns):
     pool = tuple(pool_of(unknowns, {("air_drag",): THRESHOLDS.named}))
     assert probabilities(pool, "named", THRESHOLDS)["air_drag"] == pytest.approx(0.5)

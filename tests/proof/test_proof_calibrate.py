@@ -66,6 +66,13 @@ def test_no_case_seen_would_be_given_a_name():
     assert calibrated(nulls(far)).named >= 90.0
 
 
+def test_what_motion_held_out_makes_of_chance_counts_as_what_fits_make_of_it():
+    cases = nulls(GAINS)
+    heard = cases[7].found.model_copy(update={"heard": {"wind": 300.0, "plastic_crease with wind": 900.0}})
+    cases[7] = cases[7].model_copy(update={"found": heard})
+    assert [null.worth for null in calibrated(cases).nulls][7] == 300.0
+
+
 def test_what_is_no_name_however_much_it_gains_sets_no_threshold():
     """A crease gains 900 nats in every case, and recordings do not agree that it is there."""
     measured = calibrated(nulls(GAINS))
