@@ -12,6 +12,7 @@ from sim1.render.appearance_file import read_about
 from sim1.stage import BadInput
 
 GARMENT = "garment.npz"
+CAMERA = ("width", "height", "fy_px", "camera_to_world", "moves")  # what appearance.json says of each
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +79,8 @@ def read_clips(artifact: Path, garment: str) -> list[RenderedClip]:
                     for name in clip.cameras
                     if len(clip.frames(name)) != about["frame_count"]
                 }
+                for said in (said for camera in clip.cameras.values() for said in CAMERA if said not in camera):
+                    raise KeyError(said)
             except KeyError as error:
                 raise BadInput(f"{path}: not a readable appearance ({error}); render the episodes again") from error
             if wrong:

@@ -7,9 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from planned_towel import plan
+from rendered_towel import write_rendered
 from towel_cell import write_inputs
 
 from sim1.dataset.camera_models import camera_model
+from sim1.dataset.sources import CAMERA, read_clips
 from sim1.episode import read_episode
 from sim1.render.cameras import project, raised
 from sim1.render.stage import RenderConfig
@@ -81,3 +83,14 @@ def test_a_wrist_camera_that_the_scene_has_not_is_named(planned):
     seen_by = {"width": 4, "height": 2, "fy_px": 3.0, "camera_to_world": np.eye(4).tolist(), "moves": True}
     with pytest.raises(BadInput, match=r"scene\.json: wrist_cameras has no middle_wrist"):
         camera_model("middle_wrist", seen_by, scene)
+
+
+@pytest.mark.parametrize("name", CAMERA)
+def test_a_camera_that_is_not_wholly_told_is_named_with_its_file(tmp_path, name):
+    folder = write_rendered(tmp_path / "towel")
+    path = sorted(folder.glob("episodes/*/v0/appearance.json"))[0]
+    about = json.loads(path.read_text())
+    del about["cameras"]["head"][name]
+    path.write_text(json.dumps(about))
+    with pytest.raises(BadInput, match=rf"appearance\.json: not a readable appearance \('{name}'\); render"):
+        read_clips(folder, "towel")

@@ -51,6 +51,7 @@ def test_the_verdict_tells_what_each_of_two_names_adds(unknowns, monkeypatch):
         verdict="named",
         stopped=False,
         models=(pair, drag, null),
+        heard=(),
         chosen=pair,
         baseline=null,
         rivals=(),

@@ -17,6 +17,8 @@ from painted_world import HELD_OUT, Painter, write_mite, write_world
 import sim1.policy.image_trials.crew
 from sim1.film_strip import write_strip
 from sim1.policy import paper
+from sim1.policy.claims.page import HEADING
+from sim1.policy.claims.verdict import NOT_RUN
 from sim1.policy.image.build import load
 from sim1.policy.image.stage import ImagePolicyConfig, image_policy
 from sim1.policy.image_trials.looks import SHIFTS
@@ -236,7 +238,8 @@ def test_the_time_of_a_trial_is_that_of_stage_policy(made):
 
 
 def test_the_page_of_results_has_the_papers_figures_beside_and_what_the_policy_saw(made):
-    table_, strips = results({"image_trials": {"": made[0]}}, {})
+    claims, table_, strips = results({"image_trials": {"": made[0]}}, {})
+    assert claims.heading == HEADING
     rows = {row["Shift"]: row for row in table_.table}
     assert list(rows) == [*paper.SHIFTS, paper.AVERAGE]
     assert [row["Success (%) | paper"] for row in rows.values()] == [67, 93, 90, 82, 47, 76]
@@ -252,7 +255,8 @@ def test_the_page_of_results_has_the_papers_figures_beside_and_what_the_policy_s
 def test_a_shift_that_was_not_run_says_so_and_without_trials_nothing_is_shown(world, tmp_path):
     world(tmp_path / "out", replace(CONFIG, trial_count=0))
     assert failed(check_image_trials(tmp_path / "out")) == []
-    table_, strips = results({"image_trials": {"": tmp_path / "out"}}, {})
+    claims, table_, strips = results({"image_trials": {"": tmp_path / "out"}}, {})
+    assert {row["Verdict"] for row in claims.table} == {NOT_RUN}
     assert {row["Success (%) | here"] for row in table_.table} == {"not run"}
     assert strips.pictures == []
 

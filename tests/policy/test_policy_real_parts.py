@@ -110,7 +110,7 @@ def paint_clip(folder: Path, shade: int) -> None:
     (folder / "head").mkdir(parents=True)
     count = len(range(0, FRAMES, STRIDE))
     look = {sort: {"name": sort} for sort in ("fabric", "table", "room")}
-    camera = {"width": 64, "height": 48, "fy_px": 40.0, "moves": False}
+    camera = {"width": 64, "height": 48, "fy_px": 40.0, "camera_to_world": np.eye(4).tolist(), "moves": False}
     about = {"schema": SCHEMA, "rate_hz": 10, "stride": STRIDE, "frame_count": count, "appearance": look}
     about["cameras"] = {"head": camera}
     (folder / "appearance.json").write_text(json.dumps(about))
