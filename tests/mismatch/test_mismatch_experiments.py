@@ -27,9 +27,9 @@ def test_a_name_that_others_can_imitate_is_given_with_the_recording_that_would_s
     )
 
 
-@pytest.mark.parametrize("pair", SEPARATING, ids=" and ".join)
+@pytest.mark.parametrize("pair", SEPARATING, ids=lambda pair: " and ".join(sorted(pair)))
 def test_two_names_that_are_taken_for_each_other_are_told_apart_by_a_recording(pair):
-    first, second = pair
+    first, second = sorted(pair)
     said = SEPARATING[pair]
     assert next_experiment(found("ambiguous", first, rivals=((second,),))) == said
     assert next_experiment(found("named", first, second)) == said
