@@ -7,6 +7,7 @@ import numpy as np
 
 from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.afresh import afresh
 from sim1.mismatch.engine import FOLLOW_HZ, Engine
 from sim1.mismatch.fit import CONVERGED, Fit, Tempers, fit, promised, temper_of
 from sim1.mismatch.screen import Candidate, screen, site_of
@@ -109,7 +110,7 @@ def extended(
     base = replace(base, temper=temper)
     screened = tuple(screen(engine, base, site, names))
     worth = [candidate for candidate in screened if candidate.gain > least][:most]
-    models, lost = [], []
+    models, tried, lost = [], [], []
     for number, candidate in enumerate(worth):  # a look at all where the screening sends them, more for those who lead
         if engine.patience.over:
             break
@@ -120,6 +121,7 @@ def extended(
             lost.append(candidate)
         else:
             models.append(model)
+            tried.append(candidate)
     promises = [model.score - promised(model.fit) for model in models]
     leaders = sorted(range(len(models)), key=lambda k: promises[k])[:LEADERS]
     for number, k in enumerate(leaders):
@@ -136,7 +138,7 @@ def extended(
                 given=(model.fit.residuals, model.fit.slopes),
                 exact=False,
             )
-            models[k] = judged(more, temper, model.variants)
+            models[k] = judged(afresh(engine, base, more, tried[k]), temper, model.variants)
     return Tried(models=tuple(sorted(models, key=lambda model: model.score)), lost=tuple(lost), screened=screened)
 
 
