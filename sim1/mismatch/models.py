@@ -8,6 +8,7 @@ import numpy as np
 from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.afresh import afresh
+from sim1.mismatch.elsewhere import elsewhere
 from sim1.mismatch.engine import FOLLOW_HZ, Engine
 from sim1.mismatch.fit import CONVERGED, Fit, Tempers, fit, promised, temper_of
 from sim1.mismatch.screen import Candidate, screen, site_of
@@ -138,7 +139,8 @@ def extended(
                 given=(model.fit.residuals, model.fit.slopes),
                 exact=False,
             )
-            models[k] = judged(afresh(engine, base, more, tried[k]), temper, model.variants)
+            more = elsewhere(engine, base, afresh(engine, base, more, tried[k]), tried[k], site)
+            models[k] = judged(more, temper, model.variants)
     return Tried(models=tuple(sorted(models, key=lambda model: model.score)), lost=tuple(lost), screened=screened)
 
 

@@ -48,6 +48,7 @@ class Effect:
     coefficients: ClassVar[tuple[Coefficient, ...]]  # what a search varies; the strengths first
     limits: ClassVar[dict[str, tuple[float, float]]] = {}  # of parameters that are no coefficients
     on_table: ClassVar[bool] = False  # acts through the table alone
+    beyond: ClassVar[bool] = False  # acts above a threshold alone, and `variants` are thresholds
     afar: ClassVar[tuple[dict[str, float], ...]] = ()  # coefficients far from nothing, from which it is sought as well
     widens: ClassVar[str | None] = None  # name of the effect that this one is where its shapes are 0
     measured: ClassVar[bool] = False  # belongs to the rig or to the cameras, not to the cloth

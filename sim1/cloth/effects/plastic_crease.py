@@ -52,6 +52,7 @@ class PlasticCrease(Effect):
             )
             curving.answer(solver.sheet, back, curving.stiffness, curving.none, curving.angle)
 
+    beyond: ClassVar[bool] = True
     rank: ClassVar[int] = 1  # what folds keep, other physics of bending does not resist
 
     @classmethod
