@@ -26,7 +26,7 @@ class Candidate:
     variants: int  # of which this is the best
     information: tuple[
         float, ...
-    ] = ()  # by strength: curvature of the cost that no coefficient of the model can imitate; median of variants
+    ] = ()  # by strength: curvature of the cost that no coefficient of the model can imitate; median of the variants that show
 
 
 def site_of(engine: Engine, world: World) -> Site:
@@ -125,8 +125,14 @@ def screen(engine: Engine, fit: Fit, site: Site, names: tuple[str, ...]) -> list
         )
         if effect.name not in best or best[effect.name].gain < found.gain:
             best[effect.name] = found
-    found = [replace(one, information=tuple(np.median(told[name], axis=0))) for name, one in best.items()]
+    found = [replace(one, information=typical_information(np.array(told[name]))) for name, one in best.items()]
     return sorted(found, key=lambda candidate: -candidate.gain)
+
+
+def typical_information(told: np.ndarray) -> tuple[float, ...]:
+    """Information (S,), median of the variants (V, S) that show at all: a threshold that no recording crosses tells of no strength."""
+    shown = told[told.max(axis=1) > 0.0]
+    return tuple(np.median(shown if len(shown) else told, axis=0))
 
 
 def _fingerprints(

@@ -10,7 +10,7 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch import engine as module
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import fit
-from sim1.mismatch.screen import screen, site_of
+from sim1.mismatch.screen import screen, site_of, typical_information
 from sim1.mismatch.search import baseline
 
 
@@ -87,3 +87,8 @@ def test_what_half_a_step_changes_tells_what_a_step_gets_wrong(engine):
         working, fine = (run.markers_m[0] for run in engine.run([task, replace(task, step_s=module.STEP_S / 8)]))
         wrong = fine - working
         assert np.linalg.norm(wrong - engine.stages[name].defect_m) < 0.15 * np.linalg.norm(wrong)
+
+
+def test_a_threshold_that_no_recording_crosses_tells_of_no_strength():
+    assert typical_information(np.array([[3.0], [1.0], [0.0], [0.0], [0.0]])) == (2.0,)
+    assert typical_information(np.zeros((3, 2))) == (0.0, 0.0)
