@@ -10,10 +10,10 @@ import numpy as np
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.excess import mean_square
-from sim1.mismatch.fit import Fit, Tempers, cost_of, fit
+from sim1.mismatch.fit import Fit, Tempers, cheapest, cost_at, fit
 from sim1.mismatch.models import Model, calibrate, judged
 from sim1.mismatch.screen import possible, site_of
-from sim1.mismatch.search import Term, Unknowns
+from sim1.mismatch.search import Term
 
 EXCESS = 2.0  # mean squared residual of a baseline from which it is worth it
 STEPS = 2  # of the search from where that ends
@@ -42,35 +42,12 @@ def _fitted(engine: Engine, base: Fit, term: Term, temper: Tempers, names: tuple
     try:
         with engine.aside():  # all models are compared by one idea of what mesh and step get wrong
             engine.finer = max(engine.finest - 1, 0)  # where a calibration begins, and several times as fast
-            start = _best(engine, unknowns, starts, _cost(engine, base.unknowns, base.z, names, temper), names, temper)
+            least = cost_at(engine, base.unknowns, base.z, names, temper)
+            start = cheapest(engine, [(unknowns, z) for z in starts], least, names, temper)
             if start is None:
                 return None
-            alone = calibrate(engine, unknowns, start, names, lambda share: None)
+            alone = calibrate(engine, *start, names, lambda share: None)
         found = fit(engine, unknowns, alone.z, names, temper=temper, most=STEPS)
     except NotConverged:  # its twins find no way; the excess that led here keeps the verdict from `none`
         return None
     return judged(found, temper, len(term.effect.afar))
-
-
-def _best(
-    engine: Engine,
-    unknowns: Unknowns,
-    starts: list[np.ndarray],
-    least: float,
-    names: tuple[str, ...],
-    temper: Tempers,
-) -> np.ndarray | None:
-    """The start that costs least, if any costs less than `least`; one that no simulation follows is none."""
-    best = None
-    for z in starts:
-        try:
-            cost = _cost(engine, unknowns, z, names, temper)
-        except NotConverged:
-            continue
-        if cost < least:
-            least, best = cost, z
-    return best
-
-
-def _cost(engine: Engine, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...], temper: Tempers) -> float:
-    return cost_of(engine.residuals(unknowns, z, names), names, temper) + 0.5 * float(z @ z)

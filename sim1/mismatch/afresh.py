@@ -11,6 +11,7 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, fit, promised
 from sim1.mismatch.screen import Candidate
+from sim1.mismatch.search import Unknowns
 
 HELD_UP = 20.0  # nats that were hoped for: by the screening, or by the slopes where the search ended
 ARRIVED = 0.67  # of them; screening on a coarser mesh foretells to a quarter
@@ -33,8 +34,13 @@ def afresh(engine: Engine, base: Fit, stuck: Fit, candidate: Candidate) -> Fit:
     if strongest == 0.0:
         return stuck
     new[strengths] *= max(1.0, USUAL_Z / strongest)
+    return begun_again(engine, base, stuck, stuck.unknowns, np.concatenate([base.z, new]))
+
+
+def begun_again(engine: Engine, base: Fit, found: Fit, unknowns: Unknowns, z: np.ndarray) -> Fit:
+    """`found`, or what a search from `z` (P,) ends with where that is better; one that no simulation follows is not."""
     try:
-        found = fit(engine, stuck.unknowns, np.concatenate([base.z, new]), stuck.names, temper=base.temper, most=STEPS)
+        again = fit(engine, unknowns, z, found.names, temper=base.temper, most=STEPS)
     except NotConverged:
-        return stuck
-    return found if found.cost < stuck.cost else stuck
+        return found
+    return again if again.cost < found.cost else found

@@ -10,7 +10,7 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.afar import from_afar
 from sim1.mismatch.decide import best_of, gain_of, null_of, rating, rivals_of
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import Fit, Tempers, fit, promised, temper_of
+from sim1.mismatch.fit import PROMISING, Fit, Tempers, fit, promised, temper_of
 from sim1.mismatch.models import Model, calibrate, extended, joined, judged, widened, without
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import Unknowns
@@ -20,8 +20,6 @@ FINALISTS = 3  # models, the baseline among them, that are fitted again once the
 AGAIN = 2  # iterations of that
 LONGEST = 10  # iterations after which the leader's search ends, converged or not
 NEAR, FAR = 270.0, 0.3  # nats, and of what the best gains: models further behind it are not fitted again
-# Nats from which more effort is spent; no share of a threshold: these are measured by searches like it.
-PROMISING = 45.0
 STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one search differ by less
 PARTNERS = 3  # second effects that are tried beside each
 OTHERS = 2  # that gain by themselves and that no slopes promise anything of beside the best

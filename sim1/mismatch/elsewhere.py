@@ -9,14 +9,11 @@ the fitted leader is where the search begins once more.
 import numpy as np
 
 from sim1.cloth.effects import Site
-from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.afresh import USUAL_Z, begun_again
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import Fit, cost_of, fit
+from sim1.mismatch.fit import PROMISING, Fit, cheapest
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import Term
-
-LEADING = 45.0  # nats that an effect must have gained
-STEPS = 8
 
 
 def elsewhere(engine: Engine, base: Fit, found: Fit, candidate: Candidate, site: Site) -> Fit:
@@ -25,26 +22,15 @@ def elsewhere(engine: Engine, base: Fit, found: Fit, candidate: Candidate, site:
     `candidate` is what the screening said beside `base`.
     """
     effect = candidate.term.effect
-    if not effect.beyond or base.cost - found.cost < LEADING:
+    if not effect.beyond or base.cost - found.cost < PROMISING:
         return found
-    least, start = found.cost, None
-    for variant in effect.variants(site):
-        if engine.patience.over:
-            return found
-        term = Term.of(effect, variant)
-        unknowns = base.unknowns.with_terms(*base.unknowns.terms, term)
-        z = np.concatenate([base.z, [0.0 if one.shape else 1.0 for one in term.coefficients]])
-        try:
-            residuals = engine.residuals(unknowns, z, found.names)
-        except NotConverged:
-            continue
-        cost = cost_of(residuals, found.names, base.temper) + 0.5 * float(z @ z)
-        if cost < least:
-            least, start = cost, (unknowns, z)
-    if start is None:
-        return found
-    try:
-        again = fit(engine, *start, found.names, temper=base.temper, most=STEPS)
-    except NotConverged:
-        return found
-    return again if again.cost < found.cost else found
+    terms = [Term.of(effect, variant) for variant in effect.variants(site)]
+    starts = [
+        (
+            base.unknowns.with_terms(*base.unknowns.terms, term),
+            np.concatenate([base.z, [0.0 if one.shape else USUAL_Z for one in term.coefficients]]),
+        )
+        for term in terms
+    ]
+    start = cheapest(engine, starts, found.cost, found.names, base.temper)
+    return begun_again(engine, base, found, *start) if start else found

@@ -16,10 +16,14 @@ LEAST_CURVATURE = (
 )
 CONVERGED = 4e-4  # relative change of the cost that ends a search
 LEAST = 0.3  # nats that a step must promise besides
+PROMISING = (
+    45.0  # nats gained from which more effort is spent; no share of a threshold: these are measured by searches like it
+)
 MOST_CORRELATED_S = 1.0
 LEAST_TEMPER = 3.0  # markers beside each other share what the mesh gets wrong, however white each one's residual is
 
 Tempers = dict[str, float]  # by recording: samples per independent sample
+Start = tuple[Unknowns, np.ndarray]  # a model, and z (P,) to search from
 
 
 def loss(residual: np.ndarray) -> np.ndarray:
@@ -86,6 +90,32 @@ class Fit:
 def cost_of(residuals: dict[str, np.ndarray], names: tuple[str, ...], temper: Tempers) -> float:
     """Negative log likelihood of some recordings."""
     return sum(float(loss(residuals[name]).sum()) / temper[name] for name in names)
+
+
+def cost_at(engine: Engine, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...], temper: Tempers) -> float:
+    """Negative log posterior at `z` (P,), without slopes.
+
+    Raises:
+        NotConverged: a recording that no simulation follows there.
+    """
+    return cost_of(engine.residuals(unknowns, z, names), names, temper) + 0.5 * float(z @ z)
+
+
+def cheapest(
+    engine: Engine, starts: list[Start], least: float, names: tuple[str, ...], temper: Tempers
+) -> Start | None:
+    """The start that costs least, if any costs less than `least`; one that no simulation follows is none."""
+    best = None
+    for start in starts:
+        if engine.patience.over:
+            break
+        try:
+            cost = cost_at(engine, *start, names, temper)
+        except NotConverged:
+            continue
+        if cost < least:
+            least, best = cost, start
+    return best
 
 
 def fit(

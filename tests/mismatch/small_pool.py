@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sim1.mismatch.decide import decide
 from sim1.mismatch.fit import Fit, loss
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import THRESHOLDS
@@ -28,6 +29,12 @@ def pool_of(unknowns, gains, misfits=None):
         )
         pool.append(Model(terms=terms, fit=made, variants=1))
     return pool
+
+
+def verdict(unknowns, gains, misfits=None, thresholds=THRESHOLDS):
+    """What such a pool is called, and by which effects."""
+    found = decide(pool_of(unknowns, gains, misfits), thresholds)
+    return found.verdict, found.chosen.terms
 
 
 def fitted(unknowns, **mean_squares):

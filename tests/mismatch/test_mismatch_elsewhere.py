@@ -10,8 +10,8 @@ from straight_engine import Straight, two_unknowns
 from sim1.cloth.effects import EFFECTS, Effect
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.precise.simulate import NotConverged
-from sim1.mismatch.elsewhere import LEADING, elsewhere
-from sim1.mismatch.fit import fit
+from sim1.mismatch.elsewhere import elsewhere
+from sim1.mismatch.fit import PROMISING, fit
 
 TEMPER, HIGH = {"only": 1.0}, 8.0
 
@@ -75,12 +75,12 @@ def candidate(effect=Creep):
 
 
 def test_a_high_rate_above_a_high_threshold_is_found_where_a_trace_pointed_to_a_low_one(base, low):
-    assert base.cost - low.cost > LEADING
+    assert base.cost - low.cost > PROMISING
     found = elsewhere(Slack(), base, low, candidate(), None)
     values = found.unknowns.values(0, found.z)
     assert values["threshold"] == pytest.approx(HIGH, rel=0.1)
     assert values["rate"] == pytest.approx(1.0, abs=0.1)
-    assert found.cost < low.cost - LEADING
+    assert found.cost < low.cost - PROMISING
 
 
 def test_a_leader_that_fits_better_than_any_other_threshold_would_is_left(base, low):

@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-from made_up_cell import ObedientCell, failed, start
+from made_up_cell import ObedientCell, failed
+from painted_trials import PaintedCamera, bench
 from painted_world import HELD_OUT, Painter, write_mite, write_world
 
 import sim1.policy.image_trials.crew
@@ -26,43 +27,11 @@ from sim1.policy.image_trials.measures import read_result
 from sim1.policy.image_trials.stage import ImageTrialsConfig, check_image_trials, image_trials
 from sim1.policy.results_page import results
 from sim1.policy.time_limit import TimeLimit
-from sim1.policy.trials import BROKEN, Bench
-from sim1.policy.worlds import REALITY
+from sim1.policy.trials import BROKEN
 from sim1.stage import BadInput
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # of torch and torchvision, not of this project
 CONFIG = ImageTrialsConfig(trial_count=2, processes=1, device="cpu")
-
-
-class PaintedCamera:
-    """In place of the live camera: a picture tells the look's fabric, and the frame's number."""
-
-    def __init__(self, film_set, config, folder):
-        assert Path(folder).is_dir()
-        self.size = config.height, config.width
-
-    def show(self, clip):
-        self.clip = clip
-
-    def pictures(self, *, garment_m, joints_rad, openness, frame):
-        image = np.full((*self.size, 3), 255 * np.array(self.clip.appearance.fabric.colors[0])).astype(np.uint8)
-        image[:, frame : frame + 2] = 255
-        return {"head": image}
-
-    def close(self):
-        pass
-
-
-def bench(factor: float, breaks_at: int | None = None) -> Bench:
-    """Folds where friction is as it is, and says so."""
-
-    def judge(history):
-        return factor == 1.0, None if factor == 1.0 else "slip", {"factor": factor}
-
-    def look(garment_m):
-        raise AssertionError("a policy that sees pictures is shown by what it saw")
-
-    return Bench(world=REALITY, cell=ObedientCell(breaks_at), start=start(), judge=judge, look=look)
 
 
 @pytest.fixture(scope="module")

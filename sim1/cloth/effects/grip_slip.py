@@ -31,7 +31,7 @@ class GripSlip(Effect):
 
     @classmethod
     def variants(cls, site: Site) -> list[dict[str, float]]:
-        """Thresholds below the load that the sheet's weight puts on a grip, and above: a taut sheet pulls at ten times that."""
+        """Thresholds below the load that the sheet's weight puts on a grip, and above: taut ones pull at up to twelve times that."""
         return [{"threshold": share * site.grip_load_n} for share in (0.3, 0.7, 1.1, 1.5, 3.0, 6.0, 12.0)]
 
     measured: ClassVar[bool] = True

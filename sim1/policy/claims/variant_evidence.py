@@ -9,9 +9,8 @@ from sim1.policy.claims.verdict import Measured, Missing
 from sim1.policy.counting import percentage_points, rate
 from sim1.statistics import Interval, difference_interval, wilson_interval
 
-type Side = tuple[
-    int, int, Interval | None
-]  # how many of how many, and its interval; None: of trials that are independent
+# How many of how many, and its interval; None: of trials that are independent.
+type Side = tuple[int, int, Interval | None]
 
 
 def pass_rate(variant: str) -> Finder:
