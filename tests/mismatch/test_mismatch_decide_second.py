@@ -10,8 +10,6 @@ from small_pool import pool_of, verdict
 from sim1.mismatch.decide import decide, there
 from sim1.mismatch.thresholds import THRESHOLDS
 
-WORTH_ALONE = replace(THRESHOLDS, gain=np.inf)  # nothing stands out by what it gains alone
-
 pytestmark = pytest.mark.usefixtures("counted_once")
 
 
