@@ -57,7 +57,7 @@ def run_campaign(campaign: Campaign, *, only_films: bool = False) -> Iterator[Re
     """
     files, todo = campaign.files, []
     for scratch in (files.root / "found").glob(".*"):
-        shutil.rmtree(scratch)
+        shutil.rmtree(scratch, ignore_errors=True)  # a diagnosis that outlived its campaign may be writing there still
     for case in campaign.cases():
         record = read_record(files, case)
         if record is not None and record.step == "diagnose":

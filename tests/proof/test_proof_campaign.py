@@ -1,6 +1,7 @@
 """A campaign with a laboratory and a diagnosis of a few lines: order, blindness, resumption, failures."""
 
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -157,6 +158,25 @@ def test_a_killed_campaign_goes_on_and_does_nothing_twice(tmp_path):
     assert again == proof
     assert len(notes(tmp_path, "diagnosis")) == 4
     assert not list((tmp_path / "out").rglob("*.part"))
+
+
+def test_a_diagnosis_that_outlived_its_campaign_and_still_writes_holds_nothing_up(tmp_path, monkeypatch):
+    work = campaign(tmp_path, (DRAG,))
+    scratch = work.files.found(".case_001.1")
+    scratch.mkdir(parents=True)
+    (scratch / "noted.json").touch()
+    remove = os.rmdir
+
+    def written_to_first(path, **places):
+        if scratch.is_dir():
+            (scratch / "written_meanwhile.json").touch()
+        remove(path, **places)
+
+    monkeypatch.setattr("os.rmdir", written_to_first)
+    assert [one.right for one in prove(work).outcomes] == [True]
+    monkeypatch.undo()
+    prove(campaign(tmp_path, ()))
+    assert [path.name for path in scratch.parent.iterdir()] == ["case_001"]
 
 
 def test_an_interruption_ends_the_diagnosis_and_leaves_no_verdict_of_half_a_search(tmp_path):
