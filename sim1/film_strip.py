@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,6 +14,7 @@ from sim1.episode import RATE_HZ
 
 WIDTH, HEIGHT = 160, 120  # px of a picture
 PICTURES = 6  # in a strip
+TITLE_CHARACTERS = 120  # of a line that is as wide as a strip
 SUCCESS = "success"
 
 type Look = Callable[[np.ndarray], np.ndarray]
@@ -70,11 +72,14 @@ def laid_down(x_m: float, y_m: float, turn_rad: float) -> str:
 
 def draw_strips(heading: str, strips: Sequence[FilmStrip]) -> Figure:
     """One strip below the other."""
-    figure = Figure(figsize=(1.5 * PICTURES, 0.35 + 1.42 * len(strips)), layout="constrained")
+    titles = [wrap(strip.title, TITLE_CHARACTERS) for strip in strips]
+    heights = [1.28 + 0.14 * len(lines) for lines in titles]  # in
+    figure = Figure(figsize=(1.5 * PICTURES, 0.35 + sum(heights)), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.02, h_pad=0.02)
     figure.suptitle(heading, fontsize=11)
-    for part, strip in zip(np.atleast_1d(figure.subfigures(len(strips), 1)), strips):
-        part.suptitle(strip.title, fontsize=8.5, x=0.01, ha="left")
+    parts = np.atleast_1d(figure.subfigures(len(strips), 1, height_ratios=heights))
+    for part, strip, lines in zip(parts, strips, titles, strict=True):
+        part.suptitle("\n".join(lines), fontsize=8.5, x=0.01, ha="left")
         places = part.subplots(1, PICTURES, squeeze=False)[0]
         for axes, time_s, picture in zip(places, strip.times_s, strip.pictures):
             axes.imshow(picture)

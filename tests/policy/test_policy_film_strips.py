@@ -1,5 +1,7 @@
 """Which trials are shown as film strips, and what their titles say."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_up_cell import CONFIG, ObedientCell, look, start
@@ -93,3 +95,17 @@ def test_a_strip_has_the_first_and_the_last_frame_and_reads_back(tmp_path):
     assert (again.title, again.times_s) == (strip.title, strip.times_s)
     np.testing.assert_array_equal(again.pictures, strip.pictures)
     assert len(draw_strips("Two runs", [strip, strip]).subfigs) == 2
+
+
+def test_a_long_title_is_broken_into_lines_and_none_is_cut_off(tmp_path):
+    title = "missed grasp (46 of 50): towel, network seed 0, trial 0, moved +11, -67 mm, turned -10°; houndstooth on ceramic_tiles, light overcast_windows, camera +5°, friction × 0.6"
+    strip = FilmStrip(title=title, times_s=(0.0,) * 6, pictures=(np.zeros((72, 96, 3), np.uint8),) * 6)
+    figure = draw_strips("Closed loop", [strip, replace(strip, title="success (2 of 50): towel")])
+    figure.savefig(tmp_path / "strips.png")  # lays it out
+    for part in figure.subfigs:
+        words, room = part._suptitle.get_window_extent(), part.bbox
+        assert room.x0 <= words.x0
+        assert words.x1 <= room.x1
+        for axes in part.axes:
+            assert axes.get_window_extent().y1 <= words.y0
+    assert [part._suptitle.get_text().count("\n") for part in figure.subfigs] == [1, 0]
