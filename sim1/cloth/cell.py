@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sim1.cloth.bisect import bisected
 from sim1.cloth.config import FRAME_S, CellConfig
 from sim1.cloth.garment import GarmentMesh
 from sim1.cloth.physics import ClothPhysics
@@ -41,7 +42,9 @@ class Cell:
         self.garment, self.scene, self.physics, self.config = garment, scene, physics, config
         self.arms = tuple(Arm.from_urdf(scene.urdf) for _ in ARMS)
         size = (float(scene.table_size_m[0]), float(scene.table_size_m[1]))
-        self._world = ClothWorld(garment, physics, config, table_size_m=size, broken_to=broken_to)
+        self._finer = bisected(garment) if config.finer_mesh else None
+        simulated = self._finer.mesh if self._finer else garment
+        self._world = ClothWorld(simulated, physics, config, table_size_m=size, broken_to=broken_to)
         home = np.stack([scene.home_rad[name] for name in ARMS])
         self.reset(scene.place_garment(garment.vertices_m), home, np.ones(2))
 
@@ -49,7 +52,8 @@ class Cell:
         """Start again: garment (v, 3) at rest there, arms (2, 6) and grippers (2,) standing there."""
         self.joints_rad = self._within_limits(joints_rad)
         self.openness = np.clip(np.asarray(openness, float), 0.0, 1.0)
-        self._world.reset(garment_m, self.tool_poses(), 2.0 * travel_from_openness(self.openness))
+        start_m = self._finer.refined(garment_m) if self._finer else garment_m
+        self._world.reset(start_m, self.tool_poses(), 2.0 * travel_from_openness(self.openness))
 
     def step(self, joints_rad: np.ndarray, openness: np.ndarray) -> None:
         """Advance 1/30 s towards joints (2, 6) and openness (2,) as fast as the speed limits allow.
@@ -71,12 +75,12 @@ class Cell:
     @property
     def garment_m(self) -> np.ndarray:
         """Garment vertices (v, 3) float32 in the world frame, a copy."""
-        return self._world.garment_m
+        return self._world.garment_m[: len(self.garment.rest_m)]
 
     @property
     def garment_m_s(self) -> np.ndarray:
         """Garment velocities (v, 3) float32, a copy."""
-        return self._world.garment_m_s
+        return self._world.garment_m_s[: len(self.garment.rest_m)]
 
     @property
     def frame(self) -> int:

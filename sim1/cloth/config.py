@@ -21,6 +21,9 @@ class CellConfig:
     )
     substeps: int = Field(8, ge=2, multiple_of=2)  # per 1/30 s; even, so that the two states end where they began
     iterations: int = Field(5, ge=1)  # per substep
+    finer_mesh: bool = (
+        False  # every triangle cut in two or more, see `bisect.py`; who looks on sees the garment's own vertices
+    )
     contact_radius_m: float = Field(0.002, gt=0)  # distance kept between the cloth's middle surface and solids
     max_strain: float = Field(0.05, gt=0)  # no edge gets longer than this share of its rest length
     compression_share: float = Field(

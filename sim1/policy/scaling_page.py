@@ -27,7 +27,7 @@ LEAD = (
 STAND_INS = [
     "Scans of garments that are marked virtual were made by a depth-camera model; the demonstrations behind the generated "
     "trajectories, made in the simulator, come from a scripted expert, not from a person (but for garments with commands in data/demonstrations/); real demonstrations are the expert's in the stand-in "
-    "reality: a simulator too, with another fabric, air, friction and finer steps than the training data had, but no robot (where there are recordings of real cloth there is none, and "
+    "reality: a simulator too, with another fabric, effects of its own, other friction, finer steps and a finer mesh than the training data had, but no robot (where there are recordings of real cloth there is none, and "
     "trials are in the cell that made the data). A success rate here says nothing yet about a real one.",
 ]
 RATIO, PAPER_RATIO = "Generated for one real | here", "Generated for one real | paper"

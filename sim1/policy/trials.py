@@ -158,8 +158,8 @@ def title_of(row: Mapping[str, Any]) -> str:
 def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: float = 1.0) -> Bench:
     """A cell with a garment as the expert found it there, and the judge of its task.
 
-    In `reality` the fabric, air and friction are those of the stand-in, which no stage that made training data has seen, at finer
-    steps, and the garment lies as that fabric does. Where reality is real cloth, and in `simulator`, it is the cell that the
+    In `reality` fabric, effects and friction are those of the stand-in, which no stage that made training data has seen, at finer
+    steps and on a finer mesh, and the garment lies as that fabric does. Where reality is real cloth, and in `simulator`, it is the cell that the
     training data come from. Friction of all contacts is taken times `friction_factor`, after the garment was laid down.
 
     Raises:
@@ -195,7 +195,7 @@ def open_bench(inputs: Inputs, garment: str, trials_in: str, friction_factor: fl
     source = "reality" if world == REALITY else "calibrated_physics"
     physics = read_physics(inputs[source][garment] / "cell.yaml")
     if world == REALITY:
-        numerics = replace(numerics, substeps=FINER * numerics.substeps)
+        numerics = replace(numerics, substeps=FINER * numerics.substeps, finer_mesh=True)
         where = f"{inputs['garment_mesh'][garment]} in {inputs['scene'][garment]}"
         garment_m = _start_in_reality(
             inputs["real_demos"][garment], lambda: Cell(mesh, scene, physics, numerics), where

@@ -6,7 +6,7 @@ import pandas as pd
 
 REALITY, SIMULATOR = "stand-in reality", "simulator"  # column `world` of the table of trials
 _MEANT = {
-    REALITY: "the stand-in reality (the simulated cell with a concealed fabric, air, friction and finer steps)",
+    REALITY: "the stand-in reality (the simulated cell with a concealed fabric, concealed effects, other friction, finer steps and a finer mesh)",
     SIMULATOR: "the simulator that made the training data, in which nothing is unlike what was learnt from",
 }
 

@@ -2,10 +2,11 @@
 
 It films with the simulator that the diagnosis calibrates: formulas of the sheet, of its clamps and of still air, and the way of
 stepping through time are the same on both sides, so nothing that these get wrong can show. What differs: mesh, time step, the
-parameters, which are drawn around the priors and concealed, and, for some garments, still air that the baseline lacks.
+parameters, which are drawn around the priors and concealed, and effects that the baseline lacks (`sim1.recording.concealed`).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -33,7 +34,6 @@ SWINGS = {
 GRAVITY = (0.0, 0.0, -9.81)
 AIR_DENSITY_KG_M3 = 1.2
 FABRIC = ("area_density_kg_m2", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
-DRAG = (1.1, 2.0)  # coefficients of plates across a stream
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,8 +53,8 @@ class Setup:
     swings: tuple[str, ...]
 
 
-def draw_world(priors: Priors, air_probability: float, stream: np.random.Generator) -> World:
-    """The concealed truth: each parameter from its prior, at most 1.5 standard deviations off; air with the given probability."""
+def draw_fabric(priors: Priors, stream: np.random.Generator) -> World:
+    """The concealed fabric without any effect: each parameter from its prior, at most 1.5 standard deviations off."""
     values = {}
     for name in FABRIC:
         prior = getattr(priors, name)
@@ -62,14 +62,11 @@ def draw_world(priors: Priors, air_probability: float, stream: np.random.Generat
         values[name] = (
             prior.value * np.exp(off * prior.log_std) if prior.log_std else prior.value + off * (prior.std or 0.0)
         )
-    air = stream.random() < air_probability
-    drag = float(stream.uniform(*DRAG))
     values["poisson"] = min(max(values["poisson"], 0.05), 0.45)
     return World(
         **{name: float(value) for name, value in values.items()},
         gravity_m_s2=GRAVITY,
         air_density_kg_m3=AIR_DENSITY_KG_M3,
-        air_normal=drag if air else 0.0,
     )
 
 
@@ -172,6 +169,13 @@ def _filmed(markers: np.ndarray, setup: Setup, stream: np.random.Generator) -> n
     return seen
 
 
-def truth(world: World) -> dict[str, float]:
-    """The concealed parameters, for sealing and for tests that open the seal."""
-    return {name: float(f"{getattr(world, name):.9g}") for name in (*FABRIC, "air_normal")}
+def truth(world: World) -> dict[str, Any]:
+    """Every concealed number that is not what a world has by default, to nine digits: for sealing and for tests that open the seal."""
+    usual = {field.name: field.default for field in fields(World)}
+    return {
+        name: _nine(value) for name in usual if (value := getattr(world, name)) is not None and value != usual[name]
+    }
+
+
+def _nine(value: Any) -> Any:
+    return [_nine(one) for one in value] if isinstance(value, tuple) else float(f"{value:.9g}")

@@ -25,8 +25,8 @@ from sim1.scene.description import read_scene
 from sim1.stage import BadInput, Facts, Inputs, garment_of, only, random_stream
 
 
-def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path) -> Facts:
-    """Demonstrate in a cell with the fabric in the file `physics`; see `seed_demos`.
+def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path, finer_mesh: bool = False) -> Facts:
+    """Demonstrate in a cell with the fabric in the file `physics`, on a finer mesh of the garment if so asked; see `seed_demos`.
 
     Where a person's demonstrations are given, all of them are followed, and the expert does nothing; else the expert tries until
     enough succeeded.
@@ -38,7 +38,7 @@ def record(inputs: Inputs, out: Path, config: SeedDemosConfig, *, physics: Path)
     mesh = read_garment_mesh(only(inputs, "garment_mesh"))
     scene = read_scene(only(inputs, "scene"))
     task = read_task(_task_file(only(inputs, "task"), garment))
-    numerics = CellConfig(substeps=config.substeps, iterations=config.iterations)
+    numerics = CellConfig(substeps=config.substeps, iterations=config.iterations, finer_mesh=finer_mesh)
     cell = Cell(mesh, scene, read_physics(physics), numerics, broken_to=out / "broken.npz")
     given = read_commands(only(inputs, "demonstrations")) if inputs.get("demonstrations") else []
     most = len(given) or config.attempts

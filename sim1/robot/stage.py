@@ -29,11 +29,12 @@ class SeedDemosConfig:
 
 @stage_config
 class RealDemosConfig(SeedDemosConfig):
-    """Demonstrations in what plays reality: finer steps than the simulator's, and nobody lays a garment down twice alike."""
+    """Demonstrations in what plays reality: finer steps and mesh than the simulator's, and nobody lays a garment down twice alike."""
 
     garments: tuple[str, ...] = ("towel",)  # that are demonstrated there; of others there are none
     seed: int = 1000  # other variations than the seed demonstrations'
     substeps: int = Field(16, ge=2, multiple_of=2)
+    finer_mesh: bool = True  # of the garment: every triangle cut (`sim1.cloth.bisect`)
     laid_m: float = Field(0.01, ge=0)
 
 
@@ -75,7 +76,7 @@ def real_demos(inputs: Inputs, out: Path, config: RealDemosConfig) -> Facts:
     if why:
         (out / "none.json").write_text(json.dumps({"why": why}) + "\n")
         return {"demonstrations": f"none: {why}"}
-    return record(inputs, out, config, physics=reality / "cell.yaml")
+    return record(inputs, out, config, physics=reality / "cell.yaml", finer_mesh=config.finer_mesh)
 
 
 def check_source_task(path: Path) -> None:

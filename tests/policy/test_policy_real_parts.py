@@ -84,7 +84,7 @@ def inputs(tmp_path_factory):
     fabric = yaml.safe_load((ROOT / "data" / "garments" / "towel.yaml").read_text())["fabric"]
     write_physics(place["calibrated_physics"] / "cell.yaml", nominal_from_priors(fabric))
     source = {"garment": {"towel": ROOT / "data" / "garments" / "towel.yaml"}}
-    reality(source, place["reality"], RealityConfig(air_probability=1.0))
+    reality(source, place["reality"], RealityConfig(effects={"air_drag": 1.0}))
     task = yaml.safe_load((ROOT / "data" / "tasks" / "towel.yaml").read_text())
     (place["seed_demos"] / "task.json").write_text(json.dumps(task))
     np.savez(place["seed_demos"] / "start.npz", garment_m=episode(0).garment_m[0])

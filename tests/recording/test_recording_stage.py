@@ -3,10 +3,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from test_recording_bundle import small_bundle
 
-from sim1.cloth.physics import read_physics
+from sim1.cloth.effects import EFFECTS, acted_effects, acts, effects_of
+from sim1.cloth.physics import PRIOR_FRICTION, read_physics
 from sim1.recording.bundle import read_bundle, write_bundle
+from sim1.recording.concealed import RANGES
 from sim1.recording.reality import read_world
 from sim1.recording.stage import RealityConfig, RecordingsConfig, check_reality, check_recordings, reality, recordings
 from sim1.stage import BadInput
@@ -90,7 +93,7 @@ def test_the_check_fails_on_a_single_recording(garment, tmp_path):
     assert failed == {"held_out_motion"}
 
 
-def test_reality_lies_within_what_is_known_of_the_fabric_and_reads_back(garment, tmp_path):
+def test_the_concealed_fabric_lies_within_what_is_known_of_it_and_reads_back(garment, tmp_path):
     for seed in range(20):
         place = tmp_path / str(seed)
         place.mkdir()
@@ -98,14 +101,74 @@ def test_reality_lies_within_what_is_known_of_the_fabric_and_reads_back(garment,
         world, physics = read_world(place), read_physics(place / "cell.yaml")
         assert abs(np.log(world.stretch_n_m / 400.0)) <= 1.5 * 0.7 + 1e-9
         assert physics.stretch_n_m.value == world.stretch_n_m
-        assert abs(np.log(physics.friction.table.value / 0.4)) <= 2 * 0.15 + 1e-9
-        assert bool(physics.effects) == bool(world.air_normal)
         assert all(finding.passed for finding in check_reality(place))
+
+
+def test_friction_in_reality_is_none_that_a_simulation_assumes(garment, tmp_path):
+    for seed in range(20):
+        place = tmp_path / str(seed)
+        place.mkdir()
+        reality(garment, place, RealityConfig(seed=seed))
+        friction = read_physics(place / "cell.yaml").friction
+        for name, assumed in PRIOR_FRICTION.items():
+            assert 0.15 - 1e-9 <= abs(np.log(getattr(friction, name).value / assumed)) <= 0.4 + 1e-9
+
+
+def test_each_effect_is_concealed_as_often_as_asked_and_acts_in_the_lab_as_in_the_cell(garment, tmp_path):
+    chances = {"air_drag": 0.5, "anisotropic_bending": 0.5, "static_friction": 1.0}
+    counts = dict.fromkeys(RANGES, 0)
+    for seed in range(60):
+        place = tmp_path / str(seed)
+        place.mkdir()
+        reality(garment, place, RealityConfig(seed=seed, effects=chances))
+        world, physics = read_world(place), read_physics(place / "cell.yaml")
+        found = {effect.name: effect for effect in effects_of(physics.effects)}
+        for name in found:
+            counts[name] += 1
+        assert world.air_normal == (found["air_drag"].c_normal if "air_drag" in found else 0.0)
+        bending = found["anisotropic_bending"].ratio_warp_weft if "anisotropic_bending" in found else 1.0
+        assert world.bending_ratio == pytest.approx(bending)
+        assert world.stiction == 1.0  # nothing lies on a table there
+        assert found["static_friction"].ratio >= 1.3
+    assert counts["static_friction"] == 60
+    assert 18 <= counts["air_drag"] <= 42
+    assert 18 <= counts["anisotropic_bending"] <= 42
+    assert counts["anisotropic_stretch"] == counts["bending_hysteresis"] == counts["anisotropic_friction"] == 0
+
+
+def test_every_effect_that_may_be_concealed_is_one_that_the_cell_acts(garment, tmp_path):
+    assert all(acts(EFFECTS[name]) for name in RANGES)
+    reality(garment, tmp_path, RealityConfig(effects=dict.fromkeys(RANGES, 1.0)))
+    physics = read_physics(tmp_path / "cell.yaml")
+    assert [effect.name for effect in acted_effects(physics.effects)] == list(RANGES)
+    uneven = next(one for one in effects_of(physics.effects) if one.name == "anisotropic_friction")
+    assert np.sqrt(uneven.mu_x * uneven.mu_y) == pytest.approx(physics.friction.table.value)
+
+
+def test_an_effect_that_cannot_be_concealed_is_named(garment, tmp_path):
+    for effects, told in (({"wind": 0.5}, "wind"), ({"air_drag": 1.5}, "between 0 and 1")):
+        with pytest.raises(BadInput, match=told):
+            reality(garment, tmp_path, RealityConfig(effects=effects))
+
+
+def test_no_stage_that_makes_training_data_needs_reality_but_by_its_recordings():
+    """Concealment is the graph's: what reaches the dataset goes through `recordings` alone."""
+    stages = yaml.safe_load((Path(__file__).parents[2] / "pipeline" / "stages.yaml").read_text())["stages"]
+    needs = {stage["name"]: set(stage.get("needs", ())) for stage in stages}
+    reached, seen = {"dataset"}, set()
+    while reached:
+        name = reached.pop()
+        seen.add(name)
+        reached |= needs[name] - seen - ({"reality"} if name == "recordings" else set())
+    assert "recordings" in seen
+    assert "reality" not in seen
 
 
 def test_a_damaged_reality_is_named(garment, tmp_path):
     reality(garment, tmp_path, RealityConfig())
-    (tmp_path / "reality.json").write_text('{"schema": "sim1.reality/1", "virtual": true, "world": {"mass": 1}}')
+    (tmp_path / "reality.json").write_text(
+        '{"schema": "sim1.reality/2", "virtual": true, "fabric": {"mass": 1}, "effects": []}'
+    )
     with pytest.raises(BadInput, match=r"reality\.json"):
         read_world(tmp_path)
     assert not check_reality(tmp_path)[0].passed

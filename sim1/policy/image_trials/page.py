@@ -19,7 +19,7 @@ LEAD = (
     "one thing changed. All figures are from simulation with a scripted expert: no robot was used."
 )
 STAND_INS = [
-    "Pictures are rendered while the cloth is simulated, in the stand-in reality, with another fabric, air, friction and finer steps than the training data had "
+    "Pictures are rendered while the cloth is simulated, in the stand-in reality, with another fabric, effects of its own, other friction, finer steps and a finer mesh than the training data had "
     "(where there are recordings of real cloth: in the cell that made the data). Demonstrations are a scripted expert's (a person's "
     "where data/demonstrations/ has commands for the garment). The cameras stand where the scene has them and the pictures come without delay and "
     "without a video codec's loss, which training pictures have. A success rate here says nothing yet about a real one.",
