@@ -1,20 +1,23 @@
 """The dataset's card: what is in it, where it comes from, and what in it stands in for reality."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import yaml
 from jinja2 import Environment
 
 from sim1.dataset.keypoints import KEYPOINTS
 from sim1.dataset.pictures import write_frames_picture, write_motion_picture
 from sim1.render.appearance import SCANNED
-from sim1.stage import Facts
+from sim1.stage import BadInput, Facts
 
+FILE = "README.md"
 CARD = """\
 ---
-license: {{ license }}
+license: {{ licenses[0] if licenses|length == 1 else "[" ~ licenses|join(", ") ~ "]" }}
 task_categories:
 - robotics
 tags:
@@ -30,8 +33,8 @@ configs:
 
 {{ total.episodes }} episodes, {{ total.frames }} frames at {{ info.fps }} Hz ({{ "%.1f"|format(total.minutes) }} minutes,
 {{ "%.1f"|format(total.size_mb) }} MB) of {{ table|length }} garment{{ "s" if table|length != 1 }}, in the
-[LeRobot](https://github.com/huggingface/lerobot) format {{ info.codebase_version }}. License: {{ license }}
-{%- if license == "unknown" %} (whoever owns the data names it in `data/dataset.yaml`, key `license`){% endif %}.
+[LeRobot](https://github.com/huggingface/lerobot) format {{ info.codebase_version }}. License: {{ licenses|join(", ") }}
+{%- if "unknown" in licenses %} (whoever owns the data names it in `data/dataset.yaml`, key `license`){% endif %}.
 
 ![Frames of every garment from first to last](frames.png)
 
@@ -99,7 +102,25 @@ MEANINGS = {
 }
 
 
-def write_card(out: Path, provenance: pd.DataFrame, *, name: str, license: str) -> Facts:
+def licenses_of(folder: Path) -> tuple[str, ...] | None:
+    """Licenses that the card in a folder names; None where no card of this form is there.
+
+    Raises:
+        BadInput: what stands at the head of the card cannot be read.
+    """
+    path = folder / FILE
+    if not path.is_file() or not (text := path.read_text(errors="replace")).startswith("---\n"):
+        return None
+    try:
+        named = yaml.safe_load(text.split("---\n", 2)[1])["license"]
+    except (yaml.YAMLError, KeyError, TypeError, IndexError) as error:
+        raise BadInput(
+            f"{path}: no license at its head ({error!r}); write `license: NAME` between its first two lines of `---`"
+        ) from error
+    return tuple(map(str, named)) if isinstance(named, list) else (str(named),)
+
+
+def write_card(out: Path, provenance: pd.DataFrame, *, name: str, licenses: Sequence[str]) -> Facts:
     """Write `README.md` and its pictures; returns the figures in it."""
     info = json.loads((out / "lerobot" / "meta" / "info.json").read_text())
     table = [
@@ -130,9 +151,9 @@ def write_card(out: Path, provenance: pd.DataFrame, *, name: str, license: str) 
         if key.startswith(("observation", "action")) or key == KEYPOINTS
     ]
     text = Environment(autoescape=False, keep_trailing_newline=True).from_string(CARD)  # Markdown, not HTML
-    (out / "README.md").write_text(
+    (out / FILE).write_text(
         text.render(
-            license=license,
+            licenses=licenses,
             total=total,
             info=info,
             table=table,

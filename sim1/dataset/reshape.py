@@ -15,7 +15,8 @@ import pandas as pd
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from sim1.dataset.beside import Beside, joined
+from sim1.dataset.beside import PROVENANCE, Beside, artifact_of, joined, read_provenance
+from sim1.dataset.card import licenses_of, write_card
 from sim1.dataset.check import check_lerobot
 from sim1.dataset.quiet import quiet_libraries
 from sim1.stage import BadInput, random_stream
@@ -59,6 +60,7 @@ def merge(folders: Sequence[Path], out: Path) -> int:
             except ValueError as error:  # two video files under one feature that do not go into one
                 raise BadInput(f"{', '.join(map(str, folders))}: LeRobot cannot merge them: {error}; {LIKE}") from error
         beside.write(part)
+        _card(part, _licenses(folders))
         _require_sound(part)
     return sum(_info(root)["total_episodes"] for root in roots)
 
@@ -92,9 +94,22 @@ def split(folder: Path, shares: Mapping[str, float], out: Path, seed: int) -> di
             (part / name).mkdir()
             (part / "made" / name).rename(part / name / "lerobot")
             beside.of_episodes(episodes).write(part / name)
+            _card(part / name, _licenses([folder]))
         shutil.rmtree(part / "made")
         _require_sound(part)
     return {name: len(episodes) for name, episodes in parts.items()}
+
+
+def _licenses(folders: Sequence[Path]) -> tuple[str, ...] | None:
+    """Of all cards together; None where one has no card."""
+    named = [licenses_of(artifact_of(folder)) for folder in folders]
+    return None if None in named else tuple(dict.fromkeys(name for one in named for name in one))
+
+
+def _card(out: Path, licenses: tuple[str, ...] | None) -> None:
+    """A card of what was put together or taken apart, where all that went in has one: pictures and counts are its own, licenses those of all."""
+    if licenses and (out / PROVENANCE).is_file():
+        write_card(out, read_provenance(out / PROVENANCE), name=NAME, licenses=licenses)
 
 
 def _sources(table: pd.DataFrame) -> list[list[str]]:

@@ -66,7 +66,7 @@ def dataset(inputs: Inputs, out: Path, config: DatasetConfig) -> Facts:
     provenance = write_dataset(clips, out, config, name=NAME, known=known)
     write_limits(out, only(inputs, "robot"))
     owner = read_data_file(only(inputs, "owner"), DatasetFile, SCHEMA) if inputs.get("owner") else DatasetFile()
-    return write_card(out, provenance, name=NAME, license=owner.license)
+    return write_card(out, provenance, name=NAME, licenses=(owner.license,))
 
 
 def check_source_owner(path: Path) -> None:
