@@ -45,7 +45,7 @@ def _set_up_cycles(scene: bpy.types.Scene, settings: dict[str, Any]) -> None:
     scene.render.use_persistent_data = True  # keeps what did not change between frames
     cycles = scene.cycles
     cycles.samples, cycles.use_adaptive_sampling = settings["samples"], False
-    cycles.use_denoising = settings["denoise"]
+    cycles.use_denoising, cycles.denoiser = settings["denoise"], "OPENIMAGEDENOISE"
     cycles.max_bounces, cycles.glossy_bounces = 4, 2
     cycles.diffuse_bounces = 1  # the sky holds the light that walls and ceiling send on
     cycles.caustics_reflective = cycles.caustics_refractive = False

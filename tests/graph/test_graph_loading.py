@@ -73,14 +73,14 @@ def test_a_variant_has_assets_of_its_own_only_downstream_of_what_it_changes():
 
 def test_a_variant_ends_where_it_says_and_exists_in_the_profiles_that_it_names():
     graph = load_graph(Home(REPOSITORY), "study")
-    own = {id_ for id_ in graph.nodes if id_.startswith("diffusion/")}
+    own = {id_ for id_ in graph.nodes if id_.startswith("slicing/")}
     motion = ("calibrated_physics", "seed_demos", "segment_pool", "motion_model", "candidate_trajectories")
     filters = ("state_rules", "video_discriminator", "valid_trajectories")
-    assert own == {f"diffusion/{name}" for name in (*motion, *filters)}
+    assert own == {f"slicing/{name}" for name in (*motion, *filters)}
     needs = graph.nodes["ablation_report"].needs
-    assert "diffusion/valid_trajectories" in needs
-    assert "diffusion/policy" not in needs
-    assert "diffusion" not in load_graph(Home(REPOSITORY), "quick").variants
+    assert "slicing/valid_trajectories" in needs
+    assert "slicing/policy" not in needs
+    assert "slicing" not in load_graph(Home(REPOSITORY), "quick").variants
 
 
 DATA = ("calibrated_physics", "seed_demos", "segment_pool", "motion_model", "candidate_trajectories")

@@ -153,8 +153,14 @@ CLAIMS: tuple[Claim, ...] = (
     Claim(
         text="Alignment of the simulator decides: a calibrated simulator teaches more than one that knows the data sheet alone (no figure)",
         band=more_than_nothing(),
-        find=base_over("uncalibrated"),
-        asks=_ablation("policy", "uncalibrated"),
+        find=policy_over("calibrated", "uncalibrated"),
+        asks=_ablation("policy", "calibrated", "uncalibrated"),
+    ),
+    Claim(
+        text="This project's own, not the paper's: a simulator with the physics that was named teaches more than one that is calibrated without",
+        band=more_than_nothing(),
+        find=base_over("calibrated"),
+        asks=_ablation("policy", "calibrated"),
     ),
     *(
         Claim(
