@@ -19,10 +19,9 @@ from sim1.mismatch.stage import (
     mismatch_report,
 )
 from sim1.mismatch.verdict import read_verdict
-from sim1.recording.document import Priors
-from sim1.recording.lab import draw_world
+from sim1.recording.reality import read_world
 from sim1.recording.stage import RealityConfig, RecordingsConfig, reality, recordings
-from sim1.stage import BadInput, random_stream
+from sim1.stage import BadInput
 
 FABRIC = {
     "area_density_kg_m2": {"value": 0.2, "std": 0.01},
@@ -53,7 +52,7 @@ def run(folder: Path, air: float, seed: int, sizes: dict):
     for place in places.values():
         place.mkdir()
     source = {"garment": {"cloth": garment}}
-    reality(source, places["reality"], RealityConfig(air_probability=air, seed=seed))
+    reality(source, places["reality"], RealityConfig(effects={"air_drag": air}, seed=seed))
     given = {**source, "reality": {"cloth": places["reality"]}}
     recordings(given, places["recordings"], RecordingsConfig(**sizes, seed=seed))
     bare = folder / "bundle_alone"  # a diagnosis never sees where the bundle came from
@@ -62,8 +61,7 @@ def run(folder: Path, air: float, seed: int, sizes: dict):
     calibrated_physics({"recordings": {"cloth": bare}}, places["calibrated_physics"], CalibratedPhysicsConfig())
     inputs = {name: {"cloth": place} for name, place in places.items()}
     mismatch_report(inputs, places["mismatch_report"], MismatchReportConfig())
-    truth = draw_world(Priors.model_validate(FABRIC), air, random_stream(seed, "cloth", "fabric"))
-    return places, truth
+    return places, read_world(places["reality"])
 
 
 @pytest.fixture(scope="module")
