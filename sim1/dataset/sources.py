@@ -79,10 +79,11 @@ def read_clips(artifact: Path, garment: str) -> list[RenderedClip]:
                     for name in clip.cameras
                     if len(clip.frames(name)) != about["frame_count"]
                 }
-                for said in (said for camera in clip.cameras.values() for said in CAMERA if said not in camera):
-                    raise KeyError(said)
+                unsaid = [said for camera in clip.cameras.values() for said in CAMERA if said not in camera]
             except KeyError as error:
                 raise BadInput(f"{path}: not a readable appearance ({error}); render the episodes again") from error
+            if unsaid:
+                raise BadInput(f"{path}: not a readable appearance ({unsaid[0]!r}); render the episodes again")
             if wrong:
                 raise BadInput(
                     f"{path.parent}: frames per camera {wrong}, appearance.json says {about['frame_count']}; render again"
