@@ -52,7 +52,10 @@ def merge(folders: Sequence[Path], out: Path) -> int:
     for folder, root in zip(folders[1:], roots[1:], strict=True):
         if differs := unlike(_info(root), _info(roots[0])):
             raise BadInput(f"{folder}: not like {folders[0]}: {'; '.join(differs)}; {LIKE}")
-    beside = joined([_beside(folder, root) for folder, root in zip(folders, roots, strict=True)])
+    beside, licenses = (
+        joined([_beside(folder, root) for folder, root in zip(folders, roots, strict=True)]),
+        _licenses(folders),
+    )
     with _part_of(out) as part:
         with quiet_libraries():
             try:
@@ -60,7 +63,7 @@ def merge(folders: Sequence[Path], out: Path) -> int:
             except ValueError as error:  # two video files under one feature that do not go into one
                 raise BadInput(f"{', '.join(map(str, folders))}: LeRobot cannot merge them: {error}; {LIKE}") from error
         beside.write(part)
-        _card(part, _licenses(folders))
+        _card(part, licenses)
         _require_sound(part)
     return sum(_info(root)["total_episodes"] for root in roots)
 
@@ -79,7 +82,7 @@ def split(folder: Path, shares: Mapping[str, float], out: Path, seed: int) -> di
     if not math.isclose(sum(shares.values()), 1.0, abs_tol=1e-6) or min(shares.values()) <= 0:
         raise BadInput(f"--share: {dict(shares)} add up to {sum(shares.values()):g}, expected positive shares of 1")
     root = _sound(folder)
-    beside, count = _beside(folder, root), _info(root)["total_episodes"]
+    beside, licenses, count = _beside(folder, root), _licenses([folder]), _info(root)["total_episodes"]
     groups = np.arange(count) if beside.provenance is None else kindred(_sources(beside.provenance))
     parts = shared_out(groups, shares, seed)
     if empty := [name for name, episodes in parts.items() if not episodes]:
@@ -94,7 +97,7 @@ def split(folder: Path, shares: Mapping[str, float], out: Path, seed: int) -> di
             (part / name).mkdir()
             (part / "made" / name).rename(part / name / "lerobot")
             beside.of_episodes(episodes).write(part / name)
-            _card(part / name, _licenses([folder]))
+            _card(part / name, licenses)
         shutil.rmtree(part / "made")
         _require_sound(part)
     return {name: len(episodes) for name, episodes in parts.items()}

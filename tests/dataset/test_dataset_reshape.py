@@ -14,7 +14,6 @@ from rendered_towel import ROBOT, write_rendered, written_dataset
 from typer.testing import CliRunner
 
 from assets_defs.cli import app
-from sim1.dataset.card import licenses_of
 from sim1.dataset.check_provenance import check_provenance
 from sim1.dataset.reshape import kindred, lerobot_root, merge, shared_out, split, unlike
 from sim1.dataset.stage import DatasetConfig, check_dataset, dataset
@@ -69,35 +68,6 @@ def test_merged_datasets_hold_all_episodes_in_order_with_their_provenance(made, 
     table = pd.read_parquet(tmp_path / "twice" / "provenance.parquet")
     assert table.episode_index.tolist() == list(range(8))
     assert not (tmp_path / "twice.part").exists()
-
-
-def test_a_card_with_pictures_and_every_license_goes_along(made, tmp_path):
-    other = tmp_path / "other"
-    shutil.copytree(made, other)
-    card = other / "README.md"
-    card.write_text(re.sub("^license: .*$", "license: cc-by-4.0", card.read_text(), flags=re.MULTILINE))
-    [own] = licenses_of(made)
-    merge([made, other], tmp_path / "both")
-    assert licenses_of(tmp_path / "both") == (own, "cc-by-4.0")
-    assert "8 episodes" in (tmp_path / "both" / "README.md").read_text()
-    split(tmp_path / "both", {"train": 0.75, "test": 0.25}, tmp_path / "parts", seed=0)
-    for name, count in (("train", 6), ("test", 2)):
-        part = tmp_path / "parts" / name
-        assert licenses_of(part) == (own, "cc-by-4.0")
-        assert f"\n{count} episodes" in (part / "README.md").read_text()
-        assert {"frames.png", "motion.png"} <= {path.name for path in part.iterdir()}
-
-
-def test_where_one_has_no_card_there_is_none_and_a_damaged_head_is_named(made, tmp_path):
-    bare = tmp_path / "bare"
-    shutil.copytree(made, bare)
-    (bare / "README.md").unlink()
-    merge([made, bare], tmp_path / "both")
-    assert not (tmp_path / "both" / "README.md").exists()
-    (bare / "README.md").write_text("---\nlicense\n---\n")
-    with pytest.raises(BadInput, match=r"bare/README\.md: no license at its head"):
-        merge([made, bare], tmp_path / "again")
-    assert not list(tmp_path.glob("again*"))
 
 
 def test_trajectories_of_two_datasets_that_are_numbered_alike_are_told_apart_and_the_whole_passes_its_own_check(

@@ -103,9 +103,9 @@ def test_a_long_title_is_broken_into_lines_and_none_is_cut_off(tmp_path):
     figure = draw_strips("Closed loop", [strip, replace(strip, title="success (2 of 50): towel")])
     figure.savefig(tmp_path / "strips.png")  # lays it out
     for part in figure.subfigs:
-        words, room = part._suptitle.get_window_extent(), part.bbox
+        words, room = part.texts[0].get_window_extent(), part.bbox
         assert room.x0 <= words.x0
         assert words.x1 <= room.x1
         for axes in part.axes:
             assert axes.get_window_extent().y1 <= words.y0
-    assert [part._suptitle.get_text().count("\n") for part in figure.subfigs] == [1, 0]
+    assert [part.get_suptitle().count("\n") for part in figure.subfigs] == [1, 0]
