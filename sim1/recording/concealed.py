@@ -8,7 +8,7 @@ import numpy as np
 from sim1.cloth.effects import EFFECTS, Effect
 from sim1.stage import BadInput
 
-# Drawn evenly, ratios by their logarithm; within what is met (`Effect.typical`), away from where an effect is absent.
+# Each drawn evenly by its logarithm, within what is met (`Effect.typical`), away from where an effect is absent.
 RANGES: dict[str, dict[str, tuple[tuple[float, float], ...]]] = {
     "air_drag": {"c_normal": ((1.1, 2.0),)},
     "anisotropic_bending": {"ratio_warp_weft": ((0.4, 0.6), (1.7, 2.5))},
