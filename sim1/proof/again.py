@@ -7,7 +7,7 @@ from pathlib import Path
 from sim1.proof.files import Drawn, Files, case_names
 from sim1.proof.laboratory import Laboratory, filmed
 from sim1.proof.processes import NotDone, Processes
-from sim1.proof.seal import check, read_commitments
+from sim1.proof.seal import check, committed
 from sim1.stage import BadInput
 
 
@@ -33,9 +33,8 @@ class Films:
             if not filmed(again.bundle(case), again.unseen(case), again.answers(case)):
                 self.tell(f"{case}: filming again, as its films stayed behind")
                 self._film(case, again)
-            for commitment in read_commitments(self.files.root):
-                if commitment.of == case:  # there is one: else the case would not be scored
-                    check(again.root, commitment)
+            if (commitment := committed(self.files.root, case)) is not None:  # else the case would not be scored
+                check(again.root, commitment)
         except (NotDone, BadInput) as error:
             self.tell(f"{case}: not asked, as it cannot be filmed again as it was ({error})")
             return None

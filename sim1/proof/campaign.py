@@ -115,7 +115,7 @@ def _prepare(campaign: Campaign, case: str) -> Record | None:
     files.record(case).unlink(missing_ok=True)
     try:
         places = files.bundle(case), files.unseen(case), answers
-        if not filmed(*places):
+        if made_anew := not filmed(*places):
             campaign.tell(f"{case}: filming")
             laboratory = Laboratory(command=campaign.drawn.laboratory, home=campaign.home)
             laboratory.film(asked, *places, campaign.processes)
@@ -124,7 +124,7 @@ def _prepare(campaign: Campaign, case: str) -> Record | None:
         return _written(campaign, _record(campaign, case, "film", error=str(error), code=code))
     try:
         with campaign.lock:
-            made = commit(files.root, case, files.sealed(case), code)
+            made = commit(files.root, case, files.sealed(case), code, made_anew=made_anew)
     except BadInput as error:
         return _written(campaign, _record(campaign, case, "seal", error=str(error), code=code))
     hashes = ", ".join(f"{name} {hashed}" for name, hashed in made.sha256.items())

@@ -16,7 +16,7 @@ from sim1.proof.ledger import Begun, Commitment, Ended, read_lines
 from sim1.proof.methods import Method, methods_of
 from sim1.proof.outcome import Outcome, is_right
 from sim1.proof.score import OtherCode, asked_besides, score
-from sim1.proof.seal import check_committed, covers_films, read_commitments
+from sim1.proof.seal import check_committed, committed, covers_films, made_again, read_commitments
 from sim1.proof.totals import Confusion, Totals, confusion_of, totals_of
 from sim1.stage import BadInput
 
@@ -49,6 +49,9 @@ class Proof(Strict):
     of_thresholds: tuple[
         str, ...
     ]  # scored cases with nothing concealed by which the thresholds in force were chosen: no proof
+    films_again: tuple[
+        str, ...
+    ]  # committed to anew, as they were made again, by other rounding, before a diagnosis ended
     films_unsealed: tuple[str, ...]  # scored cases that were committed to by earlier code, to their answers alone
     diagnosed: Diagnosed
     commitments: tuple[Commitment, ...]
@@ -103,7 +106,7 @@ def _carried(files: Files, drawn: Drawn, case: str) -> Outcome | NotScored:
     of, drawn_was = _of(stored.concealed, stored.strength, stored.seed), _of(asked.effects, asked.strength, asked.seed)
     if (stored.case, of) != (case, drawn_was):
         why = f"is of {stored.case}, {of}; drawn was {drawn_was}"
-    elif not any(line.of == case for line in read_commitments(files.root)):
+    elif committed(files.root, case) is None:
         why = "has no line in commitments.jsonl: nobody committed to its answers"
     elif stored.kind != (kind := kind_from([name in EFFECTS for name in asked.effects])):
         why = f"takes what was concealed for {stored.kind}; it is {kind}"
@@ -147,6 +150,7 @@ def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequ
         not_scored=tuple(sorted((one for one in judged if isinstance(one, NotScored)), key=lambda one: one.case)),
         carried=tuple(one.case for one in outcomes if files.carried(one.case)),
         of_thresholds=tuple(one.case for one in outcomes if one.kind == "null" and one.seed in known),
+        films_again=made_again(commitments),
         films_unsealed=tuple(one.case for one in outcomes if one.case not in sealed),
         diagnosed=diagnosed(lines, [one.case for one in outcomes]),
         commitments=commitments,

@@ -1,25 +1,32 @@
 """Commitments: hashes of answers and films, told before anything is diagnosed, so that neither can be made to fit afterwards."""
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from sim1.proof.ledger import NAME, Commitment, add, check_files, hashes, now, read_lines
+from sim1.proof.ledger import NAME, Commitment, Ended, add, check_files, hashes, now, read_lines
 from sim1.stage import BadInput
 
 FILMS = ("bundles/", "unseen/")  # below a campaign's folder
 LIST = "list"  # what the commitment to the drawn list is called
 
 
-def commit(root: Path, of: str, files: Sequence[Path], code: str) -> Commitment:
+def commit(root: Path, of: str, files: Sequence[Path], code: str, *, made_anew: bool = False) -> Commitment:
     """Add a line about `files` below `root`; one that says the same of the same files is returned as it stands.
+
+    With `made_anew`, the laboratory has just made the files again, as those committed to stayed on another machine, where rounding
+    may differ: a further line says what they are now, unless a diagnosis of the earlier ones has ended.
 
     Raises:
         BadInput: there is a line about `of`, and the files are no longer those.
     """
-    for known in read_commitments(root):
-        if known.of == of:
+    if (known := committed(root, of)) is not None:
+        try:
             check(root, known)
             return known
+        except BadInput:
+            if not made_anew or any(isinstance(line, Ended) and line.ended == of for line in read_lines(root)):
+                raise
     made = Commitment(at=now(), of=of, sha256=hashes(root, list(files)), code_sha256=code)
     add(root, made)
     return made
@@ -32,6 +39,21 @@ def read_commitments(root: Path) -> tuple[Commitment, ...]:
         BadInput: a line is damaged.
     """
     return tuple(line for line in read_lines(root) if isinstance(line, Commitment))
+
+
+def committed(root: Path, of: str) -> Commitment | None:
+    """The latest commitment to a case or to the list; None where there is none.
+
+    Raises:
+        BadInput: a line is damaged.
+    """
+    return next((one for one in reversed(read_commitments(root)) if one.of == of), None)
+
+
+def made_again(commitments: Sequence[Commitment]) -> tuple[str, ...]:
+    """Cases committed to more than once: their films were made again, and were others, before a diagnosis had ended."""
+    times = Counter(one.of for one in commitments)
+    return tuple(sorted(of for of, count in times.items() if count > 1))
 
 
 def check(root: Path, commitment: Commitment, *, films: bool = True) -> None:
@@ -53,7 +75,7 @@ def check_committed(root: Path, of: str, answers: Sequence[Path], *, films: bool
     Raises:
         BadInput: no commitment, one to other answers, or a file that has changed or is gone; it is named.
     """
-    known = next((one for one in read_commitments(root) if one.of == of), None)
+    known = committed(root, of)
     names = {path.relative_to(root).as_posix() for path in answers}
     if known is None or {name for name in known.sha256 if not name.startswith(FILMS)} != names:
         raise BadInput(f"{answers[0]}: {root / NAME} holds no commitment to it; restore that file")

@@ -11,7 +11,7 @@ from sim1.proof.draw import Strength, draw_cases, read_cases
 from sim1.proof.files import Drawn, Files, write_whole
 from sim1.proof.fresh import FILE, null_seeds
 from sim1.proof.laboratory import Laboratory
-from sim1.proof.seal import LIST, check, commit, read_commitments
+from sim1.proof.seal import LIST, check, commit, committed
 from sim1.stage import BadInput
 
 
@@ -80,7 +80,6 @@ def read_campaign(files: Files) -> Drawn:
     Raises:
         BadInput: there is none, it is damaged, or it is not the one that was committed to.
     """
-    for commitment in read_commitments(files.root):
-        if commitment.of == LIST:
-            check(files.root, commitment)
+    if (commitment := committed(files.root, LIST)) is not None:
+        check(files.root, commitment)
     return read_json(files.drawn, Drawn, "begin a campaign with `sim1 prove --cases 60 --out DIR`")

@@ -9,6 +9,7 @@ from proof_stand_ins import DRAG, NULL, campaign, notes
 
 from pipeline.home import REPOSITORY
 from sim1.proof.files import Files
+from sim1.proof.found_seal import begin
 from sim1.proof.prove import prove
 from sim1.proof.report import rewrite
 from sim1.stage import BadInput
@@ -56,6 +57,45 @@ def test_films_that_changed_after_the_diagnosis_are_found_and_the_case_is_not_sc
     proof = rewrite(work.files)
     assert [one.case for one in proof.outcomes] == ["case_002"]
     assert re.search(said, proof.not_scored[0].why)
+
+
+def _on_another_machine(work, folder):
+    """The films and answers of the first case stayed behind, and what makes them again rounds otherwise."""
+    for behind in (work.files.bundle("case_001"), work.files.unseen("case_001")):
+        shutil.rmtree(behind)
+    work.files.answers("case_001").unlink()
+    program = folder / "laboratory.py"
+    program.write_text(program.read_text().replace("of the first half second", "of the first half second!"))
+
+
+def test_films_that_another_machine_makes_otherwise_before_a_diagnosis_has_ended_are_committed_to_anew(tmp_path):
+    work = campaign(tmp_path, (DRAG, NULL))
+    list(prove(work, only_films=True).outcomes)
+    first = (work.files.root / "commitments.jsonl").read_bytes()
+    begin(work.files, "case_001", "c0de")
+    _on_another_machine(work, tmp_path)
+    proof = prove(work)
+    assert [(one.case, one.right) for one in proof.outcomes] == [("case_001", True), ("case_002", True)]
+    assert (proof.films_again, proof.diagnosed.begun_twice) == (("case_001",), ("case_001",))
+    assert [one.of for one in proof.commitments] == ["list", "case_001", "case_002", "case_001"]
+    assert (work.files.root / "commitments.jsonl").read_bytes().startswith(first)
+    assert "not the same to the last bit: case_001." in (work.files.root / "proof.html").read_text()
+    films = work.files.unseen("case_001") / "recordings" / "u" / "markers.parquet"
+    films.write_bytes(b"of the first half second")  # as they were at first: the latest line counts
+    assert "changed since it was committed to" in rewrite(work.files).not_scored[0].why
+
+
+def test_films_of_a_diagnosis_that_ended_are_not_committed_to_anew(tmp_path):
+    work = campaign(tmp_path, (DRAG, NULL))
+    assert prove(work).films_again == ()
+    for lost in (work.files.record("case_001"), work.files.outcome("case_001")):
+        lost.unlink()
+    _on_another_machine(work, tmp_path)
+    proof = prove(work)
+    assert [one.case for one in proof.outcomes] == ["case_002"]
+    assert re.search(r"markers.parquet: changed since it was committed to", proof.not_scored[0].why)
+    assert len(proof.commitments) == 3
+    assert len(notes(tmp_path, "diagnosis")) == 2
 
 
 def test_cases_that_earlier_code_committed_to_by_their_answers_alone_are_read_and_said_to_be(tmp_path):
