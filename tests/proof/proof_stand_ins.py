@@ -93,7 +93,7 @@ print("done")
 
 PREDICTION = """
 import json, pathlib, sys
-import pandas as pd
+import pyarrow as pa, pyarrow.parquet as pq
 unseen, model, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[3]), pathlib.Path(sys.argv[5])
 with open(NOTES, "a") as notes:
     notes.write(json.dumps({"who": "prediction", "argv": sys.argv[1:]}) + "\\n")
@@ -101,7 +101,7 @@ if "adhesion" in (unseen / "bundle.yaml").read_text():
     sys.exit("it sticks")
 off_m = 0.004 if model.name == "baseline.yaml" else 0.001  # of truths at the origin
 rows = [("u", frame / 60, marker, off_m, off_m, off_m) for frame in range(4) for marker in range(2)]
-pd.DataFrame(rows, columns=["recording", "time_s", "marker", "x_m", "y_m", "z_m"]).to_parquet(out)
+pq.write_table(pa.table(dict(zip(["recording", "time_s", "marker", "x_m", "y_m", "z_m"], zip(*rows)))), out)
 """
 
 CODE = {"assets_defs/_diagnose.py": "from sim1.mismatch import a\n", "sim1/mismatch/a.py": "a = 1\n"}  # which is hashed
