@@ -11,7 +11,7 @@ from pathlib import Path
 from threading import Lock
 
 from sim1.mismatch.strict_json import read_json
-from sim1.proof.closure import code_sha256
+from sim1.proof.closure import code_sha256, laboratory_sha256
 from sim1.proof.draw import Case
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
 from sim1.proof.found_seal import begin, end
@@ -112,6 +112,7 @@ def _prepare(campaign: Campaign, case: str) -> Record | None:
     """Film a case unless that is done, and commit to its answers and films. Returns a record only where that fails."""
     files, asked = campaign.files, campaign.cases()[case]
     answers, code = files.answers(case), code_sha256(campaign.code)
+    films_by = laboratory_sha256(campaign.home, campaign.drawn.laboratory)
     files.record(case).unlink(missing_ok=True)
     try:
         places = files.bundle(case), files.unseen(case), answers
@@ -124,9 +125,10 @@ def _prepare(campaign: Campaign, case: str) -> Record | None:
         return _written(campaign, _record(campaign, case, "film", error=str(error), code=code))
     try:
         with campaign.lock:
-            made = commit(files.root, case, files.sealed(case), code, made_anew=made_anew)
+            made = commit(files.root, case, files.sealed(case), code, films_by, made_anew=made_anew)
     except BadInput as error:
-        return _written(campaign, _record(campaign, case, "seal", error=str(error), code=code))
+        remedy = f"{error}; or remove {files.bundle(case)}, so that the case is filmed again"
+        return _written(campaign, _record(campaign, case, "seal", error=remedy, code=code))
     hashes = ", ".join(f"{name} {hashed}" for name, hashed in made.sha256.items())
     campaign.tell(f"{case}: committed at {made.at} to {hashes}")
     return None
@@ -198,6 +200,7 @@ def _record(
         step=step,
         error=error,
         seconds=None if seconds is None else round(seconds, 3),
+        limit_s=campaign.limit_s,
         not_foretold=not_foretold or {},
         code_sha256=code,
         code_changed=code_sha256(campaign.code) != code,

@@ -1,9 +1,9 @@
-"""The diagnosing code: every file of this project that the process of a diagnosis can load, and the libraries that compute for it."""
+"""The diagnosing code, and the laboratory's: every file that such a process can load of its own project, and the libraries that compute for it."""
 
 import ast
 import hashlib
 import importlib.util
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from sim1.proof.ledger import sha256_of
 from sim1.stage import BadInput
 
 ENTRY = "assets_defs._diagnose"  # the module by which a campaign starts a diagnosis and a prediction
-PACKAGES = ("sim1", "assets_defs", "pipeline")  # followed; of others, `LIBRARIES` are told by their versions
+PACKAGES = ("sim1", "assets_defs", "pipeline")  # followed from there; of others, `LIBRARIES` are told by their versions
 DATA = ("*.yaml", "*.jinja")  # beside a module: what it may read
 LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "pandas", "pyarrow")  # that read, compute and write
 
@@ -22,13 +22,39 @@ def code_sha256(root: Path) -> str:
     Raises:
         BadInput: as `closure`.
     """
-    lines = [f"{sha256_of(path)}  {path.relative_to(root).as_posix()}\n" for path in closure(root)]
+    return _sha256((path.relative_to(root).as_posix(), path) for path in closure(root))
+
+
+def laboratory_sha256(home: Path, command: Sequence[str]) -> str | None:
+    """The same of the program that films, as far as it has files here; None where it has none.
+
+    Of `python -m MODULE` below `home` these are the module and what it imports of its own top-level package, of another command the
+    files among its words.
+
+    Raises:
+        BadInput: a file that is no Python.
+    """
+    if list(command[1:2]) == ["-m"] and (entry := _started(home, command[2])) is not None:
+        paths = closure(home, entry, packages=(entry.split(".")[0],))
+        return _sha256((path.relative_to(home).as_posix(), path) for path in paths)
+    files = [word for word in command if (home / word).is_file()]
+    return _sha256((Path(word).name, home / word) for word in files) if files else None
+
+
+def _sha256(files: Iterable[tuple[str, Path]]) -> str:
+    lines = [f"{sha256_of(path)}  {name}\n" for name, path in files]
     lines += [f"{version(name)}  {name}\n" for name in LIBRARIES]
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
-def closure(root: Path, entry: str = ENTRY) -> tuple[Path, ...]:
-    """Files that `entry` imports, they import and so on, wherever in them it is said, and the data beside them, sorted.
+def _started(home: Path, module: str) -> str | None:
+    """What `python -m` runs of it; None: it is not here."""
+    names = (f"{module}.__main__", module)
+    return next((name for name in names if _source(home, name) is not None), None)
+
+
+def closure(root: Path, entry: str = ENTRY, packages: Sequence[str] = PACKAGES) -> tuple[Path, ...]:
+    """Files of `packages` that `entry` imports, they import and so on, wherever in them it is said, and the data beside them, sorted.
 
     `root` holds the packages. An import that is never reached counts too; one by a name that is put together as it runs is not seen.
 
@@ -41,7 +67,7 @@ def closure(root: Path, entry: str = ENTRY) -> tuple[Path, ...]:
     waiting = [entry]
     while waiting:
         name = waiting.pop()
-        path = _source(root, name) if name.split(".")[0] in PACKAGES and name not in found else None
+        path = _source(root, name) if name.split(".")[0] in packages and name not in found else None
         if path is not None:
             found[name] = path
             waiting += [name.rpartition(".")[0], *_imported(path, name)]

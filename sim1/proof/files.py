@@ -16,6 +16,9 @@ class Drawn(Strict):
     schema_: Literal["sim1.proof.drawn/1"] = pydantic.Field(default="sim1.proof.drawn/1", alias="schema")
     nonce: str  # by chance: without it, a list could be guessed from its hash
     seed: str | None  # of the draw, an integer too long for some readers; None: the cases were chosen
+    by_chance: bool | None = (
+        None  # whether the seed is fresh entropy; None: there is none, or earlier code did not tell
+    )
     laboratory: tuple[str, ...]
     cases: tuple[Case, ...]
 
@@ -27,6 +30,7 @@ class Record(Strict):
     step: Literal["film", "seal", "diagnose"]  # the last one that was tried
     error: str | None  # why it failed
     seconds: pydantic.NonNegativeFloat | None  # of the diagnosis, all of it
+    limit_s: pydantic.PositiveFloat | None = None  # that it might take; None: earlier code, which did not tell
     not_foretold: dict[str, str] = pydantic.Field(default_factory=dict)  # model -> why it foretells no motion
     code_sha256: str  # of the diagnosing code before it
     code_changed: bool  # meanwhile

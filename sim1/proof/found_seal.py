@@ -1,6 +1,7 @@
 """What a diagnosis wrote, sealed when it ends: neither changed afterwards nor had by trying again unnoticed."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from sim1.mismatch.strict_json import Strict
 from sim1.proof.files import Files, Record
@@ -56,6 +57,21 @@ def check_found(files: Files, record: Record) -> None:
         )
     if record.error is None:
         check_files(files.root, last.sha256, f"sealed at {last.at}", files.findings(record.case))
+
+
+def check_verdict(files: Files, case: str, path: Path) -> None:
+    """See that a file that came along from where a case was diagnosed is the one that was sealed there.
+
+    Raises:
+        BadInput: no end of the case, or other files were sealed.
+    """
+    last = next(
+        (line for line in reversed(read_lines(files.root)) if isinstance(line, Ended) and line.ended == case), None
+    )
+    name = path.relative_to(files.root).as_posix()
+    if last is None or name not in last.sha256:
+        raise BadInput(f"{files.root / NAME}: no line says that {name} was sealed; restore the file")
+    check_files(files.root, {name: last.sha256[name]}, f"sealed at {last.at}", [])
 
 
 def diagnosed(lines: Iterable[Line], scored: Iterable[str]) -> Diagnosed:

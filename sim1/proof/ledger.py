@@ -1,4 +1,4 @@
-"""`commitments.jsonl`: what a campaign has told so far, a line each, only ever added to."""
+"""`commitments.jsonl`: what a campaign has told so far, a line each, only ever added to; each holds the hash of the one before it."""
 
 import hashlib
 import os
@@ -13,27 +13,32 @@ from sim1.stage import BadInput
 NAME = "commitments.jsonl"
 
 
-class Commitment(Strict):
+class Told(Strict):
+    """What every line says."""
+
+    before: str | None = None  # SHA-256 of the line before it; None: it is the first, or earlier code wrote it
+    at: str  # UTC
+
+
+class Commitment(Told):
     """To the list of cases, or to a case's answers and films before it is diagnosed."""
 
-    at: str  # UTC
     of: str  # a case, or `list`
     sha256: dict[str, str]  # file, from the campaign's folder -> hash of its bytes
     code_sha256: str  # of the diagnosing code as it was then
+    laboratory_sha256: str | None = None  # of the program that films; None: it has no file here, or was not asked yet
 
 
-class Begun(Strict):
+class Begun(Told):
     """A diagnosis begins: one that is tried again leaves a second line."""
 
-    at: str  # UTC
     begun: str  # the case
     code_sha256: str  # of the diagnosing code
 
 
-class Ended(Strict):
+class Ended(Told):
     """A diagnosis has ended, well or not, and its models have foretold what they can."""
 
-    at: str  # UTC
     ended: str  # the case
     seconds: float | None
     error: str | None  # as in its record
@@ -65,29 +70,43 @@ def hashes(root: Path, files: list[Path]) -> dict[str, str]:
 def add(root: Path, line: Line) -> str:
     """Add a line, so that it is there as a whole or not at all; returns the SHA-256 of its bytes, to be published."""
     path, part = root / NAME, root / f"{NAME}.part"
-    before, added = path.read_text() if path.is_file() else "", line.model_dump_json() + "\n"
-    with part.open("w") as file:
-        file.write(before + added)
+    lines = path.read_bytes().splitlines(keepends=True) if path.is_file() else []
+    chained = line.model_copy(update={"before": _hash(lines[-1]) if lines else None})
+    added = chained.model_dump_json().encode() + b"\n"
+    with part.open("wb") as file:
+        file.writelines([*lines, added])
         file.flush()
         os.fsync(file.fileno())
     part.replace(path)
-    return hashlib.sha256(added.encode()).hexdigest()
+    return _hash(added)
 
 
 def read_lines(root: Path) -> tuple[Line, ...]:
     """All lines, oldest first; none where there is no file.
 
     Raises:
-        BadInput: a line is damaged.
+        BadInput: a line is damaged, or is not the one that came after the line before it.
     """
     path = root / NAME
-    found = []
-    for number, line in enumerate(path.read_text().splitlines() if path.is_file() else [], start=1):
+    found, last = [], None
+    for number, text in enumerate(path.read_bytes().splitlines(keepends=True) if path.is_file() else [], start=1):
         try:
-            found.append(LINES.validate_json(line))
+            line = LINES.validate_json(text)
         except pydantic.ValidationError as error:
             raise BadInput(f"{path}: line {number} is damaged; restore the file") from error
+        if line.before not in (None, last):
+            raise BadInput(
+                f"{path}: line {number} was added to a line of SHA-256 {line.before[:12]}; before it stands "
+                f"{'none' if last is None else last[:12]}: lines were changed or taken out; restore the file"
+            )
+        found.append(line)
+        last = _hash(text)
     return tuple(found)
+
+
+def _hash(line: bytes) -> str:
+    """As `sha256sum` of the line with its end."""
+    return hashlib.sha256(line).hexdigest()
 
 
 def check_files(root: Path, sha256: dict[str, str], said: str, folders: list[Path]) -> None:

@@ -1,16 +1,18 @@
 """`proof.json`, schema `sim1.proof/3`: all that a campaign has shown so far. It tells of diagnosed cases alone: what comes stays concealed."""
 
 from collections.abc import Collection, Sequence
+from pathlib import Path
 from typing import Literal
 
 import pydantic
 
 from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.strict_json import Strict, read_json
+from sim1.mismatch.verdict import read_verdict
 from sim1.proof.answers import kind_from
 from sim1.proof.draw import Case
 from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
-from sim1.proof.found_seal import Diagnosed, check_found, diagnosed
+from sim1.proof.found_seal import Diagnosed, check_found, check_verdict, diagnosed
 from sim1.proof.fresh import null_seeds
 from sim1.proof.ledger import Begun, Commitment, Ended, read_lines
 from sim1.proof.methods import Method, methods_of
@@ -35,17 +37,26 @@ class Proof(Strict):
     drawn: int  # cases
     chosen: bool  # by a person, in a file, rather than drawn
     seed: str | None  # of the draw; told when no case is left
+    by_chance: bool | None  # whether it is fresh entropy; None: chosen cases, or earlier code, which did not tell
     laboratory: tuple[str, ...]
+    laboratory_sha256: tuple[
+        str, ...
+    ]  # of the program that films, as it was when films were committed to; earlier code did not tell
     one_code: bool  # all cases were diagnosed by one and the same code, the one that the list was committed beside
     code_sha256: tuple[str, ...]  # of all that diagnosed
     cores: tuple[int, ...]
     parallel: tuple[int, ...]
+    limits_s: tuple[float, ...]  # that a diagnosis might take; earlier code did not tell
     totals: Totals
+    totals_as_first_filmed: Totals | None  # without `films_again`; None: there are none
     methods: tuple[Method, ...]  # the diagnosis and simpler ones
     confusion: Confusion
     outcomes: tuple[Outcome, ...]
     not_scored: tuple[NotScored, ...]
     carried: tuple[str, ...]  # cases that were scored elsewhere: their answers are not here to be checked again
+    carried_unsealed: tuple[
+        str, ...
+    ]  # of these, whose verdict is not here either: nothing but the outcome says what was found
     of_thresholds: tuple[
         str, ...
     ]  # scored cases with nothing concealed by which the thresholds in force were chosen: no proof
@@ -112,11 +123,33 @@ def _carried(files: Files, drawn: Drawn, case: str) -> Outcome | NotScored:
         why = f"takes what was concealed for {stored.kind}; it is {kind}"
     elif stored.right != is_right(stored.kind, tuple(stored.concealed), stored.verdict, stored.named):
         why = f"says right: {stored.right} of verdict {stored.verdict} {'+'.join(stored.named)}, which does not follow"
+    elif (differs := _other_verdict(files, stored)) is not None:
+        why = differs
     else:
         return stored.model_copy(update=asked_besides(files, case))
     return NotScored(
         case=case, why=f"{path}: {why}; bring the outcome and the commitments of the machine that scored it"
     )
+
+
+def _verdict_of(files: Files, case: str) -> Path:
+    return files.found(case) / "verdict.json"
+
+
+def _other_verdict(files: Files, stored: Outcome) -> str | None:
+    """In what a stored outcome is not the verdict that came along and was sealed; None where it is, or none came along."""
+    path = _verdict_of(files, stored.case)
+    if not path.is_file() or stored.verdict == "failed":
+        return None
+    try:
+        check_verdict(files, stored.case, path)
+        verdict = read_verdict(path)
+    except BadInput as damage:
+        return str(damage)
+    named = tuple(sorted(effect.name for effect in verdict.missing_physics))
+    if (verdict.verdict, named) == (stored.verdict, stored.named):
+        return None
+    return f"says {stored.verdict} {'+'.join(stored.named)}; {path} says {verdict.verdict} {'+'.join(named)}"
 
 
 def _of(effects: Collection[str], strength: str, seed: int) -> str:
@@ -133,24 +166,31 @@ def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequ
     commitments, lines = read_commitments(files.root), read_lines(files.root)
     sealed = {one.of for one in commitments if covers_films(one)}
     known = null_seeds()
+    carried = tuple(one.case for one in outcomes if files.carried(one.case))
+    again = made_again(commitments)
     codes = {one.code_sha256 for one in outcomes} | {c.code_sha256 for c in commitments}
     return Proof(
         drawn=len(drawn.cases),
         chosen=drawn.seed is None,
+        by_chance=drawn.by_chance,
         seed=drawn.seed if len(judged) == len(drawn.cases) else None,
         laboratory=drawn.laboratory,
+        laboratory_sha256=tuple(sorted({c.laboratory_sha256 for c in commitments if c.laboratory_sha256 is not None})),
         one_code=len(codes) <= 1 and not any(one.code_changed for one in outcomes),
         code_sha256=tuple(sorted({one.code_sha256 for one in outcomes})),
         cores=tuple(sorted({record.cores for record in records})),
         parallel=tuple(sorted({record.parallel for record in records})),
+        limits_s=tuple(sorted({record.limit_s for record in records if record.limit_s is not None})),
         totals=totals_of(outcomes),
+        totals_as_first_filmed=totals_of([one for one in outcomes if one.case not in again]) if again else None,
         methods=methods_of(outcomes),
         confusion=confusion_of(outcomes),
         outcomes=tuple(outcomes),
         not_scored=tuple(sorted((one for one in judged if isinstance(one, NotScored)), key=lambda one: one.case)),
-        carried=tuple(one.case for one in outcomes if files.carried(one.case)),
+        carried=carried,
+        carried_unsealed=tuple(case for case in carried if not _verdict_of(files, case).is_file()),
         of_thresholds=tuple(one.case for one in outcomes if one.kind == "null" and one.seed in known),
-        films_again=made_again(commitments),
+        films_again=again,
         films_unsealed=tuple(one.case for one in outcomes if one.case not in sealed),
         diagnosed=diagnosed(lines, [one.case for one in outcomes]),
         commitments=commitments,

@@ -11,11 +11,14 @@ FILMS = ("bundles/", "unseen/")  # below a campaign's folder
 LIST = "list"  # what the commitment to the drawn list is called
 
 
-def commit(root: Path, of: str, files: Sequence[Path], code: str, *, made_anew: bool = False) -> Commitment:
+def commit(
+    root: Path, of: str, files: Sequence[Path], code: str, laboratory: str | None = None, *, made_anew: bool = False
+) -> Commitment:
     """Add a line about `files` below `root`; one that says the same of the same files is returned as it stands.
 
-    With `made_anew`, the laboratory has just made the files again, as those committed to stayed on another machine, where rounding
-    may differ: a further line says what they are now, unless a diagnosis of the earlier ones has ended.
+    `code` and `laboratory` are the hashes of what diagnoses and of what films. With `made_anew`, the laboratory has just made the
+    files again, as those committed to stayed on another machine, where rounding may differ: a further line says what they are now,
+    unless the laboratory is another than it was, or a diagnosis of the earlier ones has ended.
 
     Raises:
         BadInput: there is a line about `of`, and the files are no longer those.
@@ -24,10 +27,15 @@ def commit(root: Path, of: str, files: Sequence[Path], code: str, *, made_anew: 
         try:
             check(root, known)
             return known
-        except BadInput:
+        except BadInput as changed:
             if not made_anew or any(isinstance(line, Ended) and line.ended == of for line in read_lines(root)):
                 raise
-    made = Commitment(at=now(), of=of, sha256=hashes(root, list(files)), code_sha256=code)
+            if laboratory != known.laboratory_sha256 and known.laboratory_sha256 is not None:
+                raise BadInput(
+                    f"{changed}; it was filmed again by another laboratory ({(laboratory or 'no file of it is here')[:12]}) than the one that "
+                    f"was committed to ({known.laboratory_sha256[:12]}): restore that one"
+                ) from changed
+    made = Commitment(at=now(), of=of, sha256=hashes(root, list(files)), code_sha256=code, laboratory_sha256=laboratory)
     add(root, made)
     return made
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from sim1.mismatch.strict_json import read_json
+from sim1.proof.closure import laboratory_sha256
 from sim1.proof.draw import Strength, draw_cases, read_cases
 from sim1.proof.files import Drawn, Files, write_whole
 from sim1.proof.fresh import FILE, null_seeds
@@ -43,7 +44,7 @@ def open_campaign(files: Files, wish: Wish, laboratory: tuple[str, ...], home: P
                 f"{files.root}: holds a campaign, and its cases were drawn and committed to; leave out {', '.join(said)}, or take another --out"
             )
         drawn = read_campaign(files)
-        commit(files.root, LIST, [files.drawn], code)  # in case it was killed in between
+        _commit(files, drawn, home, code)  # in case it was killed in between
         return drawn
     if wish.cases_file is not None:
         if extra := [name for name in wish.said() if name in ("--cases", "--seed", "--strength")]:
@@ -66,12 +67,17 @@ def open_campaign(files: Files, wish: Wish, laboratory: tuple[str, ...], home: P
     drawn = Drawn(
         nonce=secrets.token_hex(16),
         seed=None if seed is None else str(seed),
+        by_chance=None if seed is None else wish.seed is None,
         laboratory=wish.laboratory or laboratory,
         cases=cases,
     )
     write_whole(files.drawn, drawn)
-    commit(files.root, LIST, [files.drawn], code)
+    _commit(files, drawn, home, code)
     return drawn
+
+
+def _commit(files: Files, drawn: Drawn, home: Path, code: str) -> None:
+    commit(files.root, LIST, [files.drawn], code, laboratory_sha256(home, drawn.laboratory))
 
 
 def read_campaign(files: Files) -> Drawn:

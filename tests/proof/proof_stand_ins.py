@@ -43,7 +43,8 @@ unseen = pathlib.Path(asked.held_out)
 unseen.mkdir(parents=True, exist_ok=True)
 (unseen / "bundle.yaml").write_text("looks: " + "+".join(effects))
 (unseen / "recordings" / "u").mkdir(parents=True, exist_ok=True)
-(unseen / "recordings" / "u" / "markers.parquet").write_bytes(b"of the first half second")
+rounding = b"!" if pathlib.Path(ROUNDS).exists() else b""
+(unseen / "recordings" / "u" / "markers.parquet").write_bytes(b"of the first half second" + rounding)
 arrays = {"a/stamps_s": np.arange(4.0), "a/missing_n_m2": np.eye(4) * len(effects)}
 for name in "au":  # of what the diagnosis is given, too
     arrays |= {name + "/truth_s": np.arange(4) / 60, name + "/truth_m": np.zeros((4, 2, 3))}
@@ -110,9 +111,12 @@ PROGRAMS = {"laboratory": LABORATORY, "diagnosis": DIAGNOSIS, "prediction": PRED
 
 
 def write_programs(folder: Path) -> dict[str, tuple[str, ...]]:
-    """Commands of the `PROGRAMS`, which take their notes in `folder`; the diagnosis waits while `folder/slow` is there."""
+    """Commands of the `PROGRAMS`, which take their notes in `folder`.
+
+    The diagnosis waits while `folder/slow` is there; the laboratory rounds otherwise while `folder/rounds` is.
+    """
+    places = f"NOTES, SLOW, ROUNDS = {[str(folder / name) for name in ('notes.jsonl', 'slow', 'rounds')]!r}\n"
     for name, text in PROGRAMS.items():
-        places = f"NOTES, SLOW = {str(folder / 'notes.jsonl')!r}, {str(folder / 'slow')!r}\n"
         (folder / f"{name}.py").write_text(places + text)
     return {name: (sys.executable, str(folder / f"{name}.py")) for name in PROGRAMS}
 
@@ -156,6 +160,14 @@ def notes(folder: Path, who: str | None = None) -> list[dict]:
 
 def unsealed(root: Path) -> None:
     """Take out of a campaign what it tells of its diagnoses, as earlier code left it: what was found can be changed then."""
-    path = root / "commitments.jsonl"
-    lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(line for line in lines if "of" in json.loads(line)))
+    write_lines(root, [line for line in lines_of(root) if "of" in line])
+
+
+def lines_of(root: Path) -> list[dict]:
+    """The lines of `commitments.jsonl`."""
+    return [json.loads(line) for line in (root / "commitments.jsonl").read_text().splitlines()]
+
+
+def write_lines(root: Path, lines: list[dict]) -> None:
+    """Write them as earlier code did, which put no hash of the line before into a line."""
+    (root / "commitments.jsonl").write_text("".join(json.dumps(line | {"before": None}) + "\n" for line in lines))

@@ -5,7 +5,7 @@ import shutil
 import signal
 
 import pytest
-from proof_stand_ins import campaign, films, notes
+from proof_stand_ins import campaign, films, lines_of, notes, write_lines
 
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.proof.baselines import sindy
@@ -161,12 +161,36 @@ def test_a_damaged_outcome_or_record_is_told_and_the_others_count(tmp_path):
     ]
 
 
+def test_a_verdict_that_came_along_is_held_against_what_was_sealed_and_what_was_scored(tmp_path):
+    work = campaign(tmp_path, (DRAG, NULL))
+    prove(work)
+    for path in work.files.root.glob("answers/case_*"):
+        path.unlink()
+    shutil.rmtree(work.files.found("case_002"))
+    proof = rewrite(work.files)
+    assert (proof.carried, proof.carried_unsealed) == (("case_001", "case_002"), ("case_002",))
+    assert "says what was found, of case_002." in (work.files.root / "proof.html").read_text()
+    outcome = work.files.outcome("case_001")
+    outcome.write_text(
+        outcome.read_text().replace('"air_drag"\n ]', '"wind"\n ]').replace('"right": true', '"right": false')
+    )
+    assert re.search(r"says named wind; .*verdict.json says named air_drag", rewrite(work.files).not_scored[0].why)
+    verdict = work.files.found("case_001") / "verdict.json"
+    verdict.write_text(verdict.read_text().replace("air_drag", "wind"))
+    assert re.search(r"verdict.json: changed since it was sealed", rewrite(work.files).not_scored[0].why)
+
+
 CARRIED = {
     "called right": (lambda folder: swapped(folder / "outcomes/case_001.json", '"right":true', '"right":false'), "does not follow"),
     "of another seed": (lambda folder: swapped(folder / "outcomes/case_001.json", '"seed":1', '"seed":8'), "drawn was"),
     "of another kind": (lambda folder: swapped(folder / "outcomes/case_001.json", '"kind":"single"', '"kind":"outside"'), "it is single"),
-    "never committed to": (lambda folder: swapped(folder / "commitments.jsonl", '"of":"case_001"', '"of":"case_009"'), "nobody committed"),
+    "never committed to": (lambda folder: never_committed(folder), "nobody committed"),
 }  # fmt: skip
+
+
+def never_committed(folder):
+    """As earlier code left it, whose lines hold no hash of the one before."""
+    write_lines(folder, [line for line in lines_of(folder) if line.get("of") != "case_001"])
 
 
 def swapped(path, old, new):

@@ -4,7 +4,7 @@ import pytest
 
 from pipeline.home import REPOSITORY
 from sim1.proof import closure as rule
-from sim1.proof.closure import closure, code_sha256
+from sim1.proof.closure import closure, code_sha256, laboratory_sha256
 from sim1.stage import BadInput
 
 FILES = {
@@ -71,3 +71,33 @@ def test_of_this_project_the_diagnosing_rooms_are_in_it_and_those_that_score_or_
     assert ("assets_defs", "cli.py") not in rooms
     names = {path.name for path in closure(REPOSITORY)}
     assert {"thresholds.yaml", "diagnosis.html.jinja"} < names
+
+
+def test_the_laboratory_has_a_hash_of_its_own_package_or_of_the_files_among_its_words(tmp_path):
+    files = {
+        "benchmarks/__init__.py": "",
+        "benchmarks/dark/__init__.py": "",
+        "benchmarks/dark/__main__.py": "from benchmarks.dark import jet\nimport sim1.deep.far\n",
+        "benchmarks/dark/jet.py": "",
+        "benchmarks/other.py": "",
+        "sim1/deep/far.py": "",
+        "lab.sh": "true",
+    }
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    package, script = ("python", "-m", "benchmarks.dark"), ("./lab.sh", "--bright")
+    first = {command: laboratory_sha256(tmp_path, command) for command in (package, script)}
+    for name in files:
+        (tmp_path / name).write_text(files[name] + "\n")
+        changed = {command for command in first if laboratory_sha256(tmp_path, command) != first[command]}
+        assert changed == ({package} if name in list(files)[:4] else {script} if name == "lab.sh" else set()), name
+        (tmp_path / name).write_text(files[name])
+    assert laboratory_sha256(tmp_path, ("python", "-m", "somewhere.else")) is None
+    assert laboratory_sha256(tmp_path, ("studio", "--bright")) is None
+
+
+def test_the_laboratory_of_this_project_has_a_hash_that_sees_its_effects():
+    paths = closure(REPOSITORY, "benchmarks.concealed.__main__", packages=("benchmarks",))
+    assert {"effects", "motions"} & {path.parent.name for path in paths}
+    assert laboratory_sha256(REPOSITORY, ("python", "-m", "benchmarks.concealed")) is not None

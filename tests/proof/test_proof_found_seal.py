@@ -5,7 +5,7 @@ import json
 import re
 
 import pytest
-from proof_stand_ins import DRAG, NULL, SHRUNK, campaign, unsealed
+from proof_stand_ins import DRAG, NULL, SHRUNK, campaign, lines_of, unsealed, write_lines
 
 from sim1.proof.found_seal import diagnosed
 from sim1.proof.ledger import Begun, Ended, read_lines
@@ -52,9 +52,7 @@ def _rewritten(path, **fields):
 
 
 def _without_end(root):
-    path = root / "commitments.jsonl"
-    lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(line for line in lines if json.loads(line).get("ended") != "case_001"))
+    write_lines(root, [line for line in lines_of(root) if line.get("ended") != "case_001"])
 
 
 @pytest.mark.parametrize("harm", HARM)

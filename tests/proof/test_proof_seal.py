@@ -1,6 +1,7 @@
 """Commitments: what was told before cannot be changed afterwards unnoticed."""
 
 import hashlib
+import json
 
 import pytest
 
@@ -56,3 +57,33 @@ def test_a_file_that_nobody_committed_to_and_a_damaged_line_are_errors(sealed):
         file.write('{"at": "2026')
     with pytest.raises(BadInput, match="line 2 is damaged"):
         read_commitments(root)
+
+
+def test_a_line_that_was_changed_or_taken_out_is_told_by_the_one_after_it(sealed):
+    root, answer = sealed
+    other = answer.with_name("case_002.json")
+    other.write_text("wind")
+    commit(root, "case_002", [other], "c0de", "lab")
+    path = root / "commitments.jsonl"
+    first, second = path.read_bytes().splitlines(keepends=True)
+    one, two = read_commitments(root)
+    assert (one.before, two.before) == (None, hashlib.sha256(first).hexdigest())
+    assert (one.laboratory_sha256, two.laboratory_sha256) == (None, "lab")
+    path.write_bytes(second)
+    with pytest.raises(BadInput, match=r"line 1 was added to a line of SHA-256 .* before it stands none"):
+        read_commitments(root)
+    path.write_bytes(first.replace(b"c0de", b"code") + second)
+    with pytest.raises(BadInput, match=r"line 2 was added to a line of SHA-256 .* were changed or taken out"):
+        read_commitments(root)
+
+
+def test_lines_of_earlier_code_hold_no_hash_and_the_first_one_after_them_does(sealed):
+    root, answer = sealed
+    path = root / "commitments.jsonl"
+    early = json.loads(path.read_text())
+    del early["before"], early["laboratory_sha256"]
+    path.write_text(json.dumps(early) + "\n")
+    other = answer.with_name("case_002.json")
+    other.write_text("wind")
+    commit(root, "case_002", [other], "c0de")
+    assert read_commitments(root)[1].before == hashlib.sha256((json.dumps(early) + "\n").encode()).hexdigest()

@@ -1,11 +1,10 @@
 """Answers and films that are planted, changed, exchanged or gone: what a campaign finds of it."""
 
-import json
 import re
 import shutil
 
 import pytest
-from proof_stand_ins import DRAG, NULL, campaign, notes
+from proof_stand_ins import DRAG, NULL, campaign, lines_of, notes, write_lines
 
 from pipeline.home import REPOSITORY
 from sim1.proof.files import Files
@@ -64,8 +63,7 @@ def _on_another_machine(work, folder):
     for behind in (work.files.bundle("case_001"), work.files.unseen("case_001")):
         shutil.rmtree(behind)
     work.files.answers("case_001").unlink()
-    program = folder / "laboratory.py"
-    program.write_text(program.read_text().replace("of the first half second", "of the first half second!"))
+    (folder / "rounds").touch()
 
 
 def test_films_that_another_machine_makes_otherwise_before_a_diagnosis_has_ended_are_committed_to_anew(tmp_path):
@@ -79,10 +77,29 @@ def test_films_that_another_machine_makes_otherwise_before_a_diagnosis_has_ended
     assert (proof.films_again, proof.diagnosed.begun_twice) == (("case_001",), ("case_001",))
     assert [one.of for one in proof.commitments] == ["list", "case_001", "case_002", "case_001"]
     assert (work.files.root / "commitments.jsonl").read_bytes().startswith(first)
-    assert "not the same to the last bit: case_001." in (work.files.root / "proof.html").read_text()
+    assert (proof.totals.named.count, proof.totals_as_first_filmed.named.of) == (1, 0)
+    page = (work.files.root / "proof.html").read_text()
+    assert "were committed to anew before a diagnosis ended, in case_001:" in page
+    assert "Without these cases: single effects" in page
     films = work.files.unseen("case_001") / "recordings" / "u" / "markers.parquet"
     films.write_bytes(b"of the first half second")  # as they were at first: the latest line counts
     assert "changed since it was committed to" in rewrite(work.files).not_scored[0].why
+
+
+def test_films_of_another_laboratory_are_not_committed_to_anew(tmp_path):
+    work = campaign(tmp_path, (DRAG, NULL))
+    list(prove(work, only_films=True).outcomes)
+    _on_another_machine(work, tmp_path)
+    program = tmp_path / "laboratory.py"
+    program.write_text(program.read_text() + "# brighter\n")
+    proof = prove(work)
+    assert [one.case for one in proof.outcomes] == ["case_002"]
+    assert re.search(
+        r"changed since .* filmed again by another laboratory .* or remove .*case_001", proof.not_scored[0].why
+    )
+    (tmp_path / "rounds").unlink()
+    shutil.rmtree(work.files.bundle("case_001"))  # filmed once more, it is the film that was committed to
+    assert [one.right for one in prove(work).outcomes] == [True, True]
 
 
 def test_films_of_a_diagnosis_that_ended_are_not_committed_to_anew(tmp_path):
@@ -101,12 +118,11 @@ def test_films_of_a_diagnosis_that_ended_are_not_committed_to_anew(tmp_path):
 def test_cases_that_earlier_code_committed_to_by_their_answers_alone_are_read_and_said_to_be(tmp_path):
     work = campaign(tmp_path, (DRAG, NULL))
     prove(work)
-    path = work.files.root / "commitments.jsonl"
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    lines = lines_of(work.files.root)
     for line in lines:
         if line.get("of") == "case_001":
             line["sha256"] = {name: one for name, one in line["sha256"].items() if name.startswith("answers/")}
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    write_lines(work.files.root, lines)
     proof = rewrite(work.files)
     assert [one.case for one in proof.outcomes] == ["case_001", "case_002"]
     assert proof.films_unsealed == ("case_001",)
