@@ -35,8 +35,10 @@ lint: $(STAMP)  ## style, import rules
 	@.venv/bin/ruff check .
 	@.venv/bin/ruff format --check .
 
-prove: $(STAMP)  ## conceal physics in 60 cases, diagnose blind, score; hours, goes on where it was
+prove: $(STAMP)  ## conceal physics in 60 cases, diagnose blind, score, ask oracle and simpler methods; hours, goes on where it was
 	@if [ -e build/proof/answers/drawn.json ]; then .venv/bin/sim1 prove; else .venv/bin/sim1 prove --cases 60; fi
+	@.venv/bin/sim1 prove --oracle
+	@.venv/bin/sim1 prove --baselines
 
 bench: $(STAMP)  ## timings, as ratios within one run
 	@$(PY) -m benchmarks

@@ -10,7 +10,7 @@ from benchmarks.concealed.sheet import Sheet
 def _plate(x, v, normal, bend_u, bend_v, twist, damping, du, dv, stride, work, out):
     """Add the force (3, count) of energy sum(bend_u x_uu^2 + bend_v x_vv^2 + 2 twist x_uv^2) / 2 with Kelvin-Voigt damping.
 
-    Only the normal part of the rates is damped: a bent sheet that turns as a whole keeps its energy.
+    Of a rate of bending what points along the normal is damped, so that turning stiffly costs nothing.
     """
     count = x.shape[1]
     inverse_u, inverse_v, inverse_uv = 1 / du**2, 1 / dv**2, 1 / (du * dv)
