@@ -67,7 +67,7 @@ def by_the_arm(states: np.ndarray) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("nest", [False, True])
 def test_gripper_frames_are_where_the_arm_puts_them(tmp_path, nest):
-    drives = read_lerobot_drives(dataset_folder(tmp_path / "d", nest=nest), 1, ROBOT)
+    drives = read_lerobot_drives(dataset_folder(tmp_path / "d", nest=nest), 1, ROBOT).tracks
     for side, pose in by_the_arm(joints(1)).items():
         np.testing.assert_allclose(drives[side].position_m, pose[:, :3, 3], atol=1e-9)
         turned = Rotation.from_quat(drives[side].rotation_wxyz, scalar_first=True).as_matrix()
@@ -79,10 +79,10 @@ def test_gripper_frames_are_where_the_arm_puts_them(tmp_path, nest):
 def test_measured_joints_are_taken_where_one_asks_for_them(tmp_path):
     folder = dataset_folder(tmp_path / "d")
     commanded, measured = (
-        read_lerobot_drives(folder, 1, ROBOT, use)["left"] for use in ("action", "observation.state")
+        read_lerobot_drives(folder, 1, ROBOT, use).tracks["left"] for use in ("action", "observation.state")
     )
     assert np.abs(commanded.position_m - measured.position_m).max() > 1e-3
-    same = (read_lerobot_drives(folder, 0, ROBOT, use)["left"] for use in ("action", "observation.state"))
+    same = (read_lerobot_drives(folder, 0, ROBOT, use).tracks["left"] for use in ("action", "observation.state"))
     np.testing.assert_array_equal(*(track.position_m for track in same))
 
 
@@ -102,7 +102,7 @@ def test_a_dataset_that_lerobot_itself_wrote_is_read(tmp_path):
                 writer.add_frame({"action": row, "observation.state": row, "task": "swing"})
             writer.save_episode()
         writer.finalize()
-    drives = read_lerobot_drives(tmp_path / "d", 1, ROBOT)
+    drives = read_lerobot_drives(tmp_path / "d", 1, ROBOT).tracks
     np.testing.assert_allclose(drives["right"].position_m, by_the_arm(joints(1))["right"][:, :3, 3], atol=1e-9)
 
 

@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from sim1.recording.streams import DRIVE_COLUMNS, Track, drives_of
+from sim1.recording.places import own_places
+from sim1.recording.streams import VALUE_COLUMNS, Drives, drives_of
 from sim1.stage import BadInput
 
 BEYOND_RAD = 0.1  # past a joint's stop: an encoder's zero is no better known
 
 
-def read_lerobot_drives(dataset: Path, episode: int, robot: Path, use: str = "action") -> dict[str, Track]:
+def read_lerobot_drives(dataset: Path, episode: int, robot: Path, use: str = "action") -> Drives:
     """Gripper frames in the world of one episode of a LeRobot dataset (v3) recorded with the project's robot.
 
     Args:
@@ -34,7 +35,7 @@ def read_lerobot_drives(dataset: Path, episode: int, robot: Path, use: str = "ac
     arms = read_arms(robot)
     arm = Arm.from_urdf(robot / arms.urdf)
     placed = place_arms(robot, arm, arms).base_to_world
-    drives = {}
+    tables = []
     for side in ARMS:
         wanted = [*(f"{side}_joint_{k + 1}_rad" for k in range(JOINT_COUNT)), f"{side}_openness"]
         if not set(wanted) & set(names):
@@ -59,11 +60,10 @@ def read_lerobot_drives(dataset: Path, episode: int, robot: Path, use: str = "ac
             ]
         )
         table[:, -1] = np.clip(table[:, -1], 0, 1)  # float32 may be a hair beyond
-        frame = pd.DataFrame(table, columns=[column for column in DRIVE_COLUMNS if column != "drive"])
-        drives |= drives_of(dataset, frame.assign(drive=side))
-    if not drives:
+        tables.append(pd.DataFrame(table, columns=list(VALUE_COLUMNS)).assign(drive=side))
+    if not tables:
         raise BadInput(f"{dataset}/meta/info.json: {use} names {names}; expected left_joint_1_rad to right_openness")
-    return drives
+    return drives_of(own_places(dataset), pd.concat(tables))
 
 
 def _episode(dataset: Path, episode: int, use: str) -> tuple[list[str], np.ndarray, np.ndarray]:
