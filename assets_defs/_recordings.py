@@ -115,6 +115,7 @@ def bring(
     """Bring the files of a motion-capture lab into a bundle; docs/recordings.md."""
     from pipeline import Home
     from sim1.recording.importing.write import import_bundle
+    from sim1.recording.problems import Several
     from sim1.stage import BadInput
 
     if up not in (None, "y", "z"):
@@ -130,6 +131,8 @@ def bring(
             robot=robot or Home.here().root / "data" / "robot",
             force=force,
         )
+    except Several as error:
+        stop("\n".join(error.messages))
     except BadInput as error:
         stop(str(error))
     for recording in done.bundle.recordings:

@@ -3,11 +3,12 @@
 SI units, right-handed frame, z up. A bundle that reads without an error is consistent: every index, clock and unit was checked.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from sim1.recording.consistency import Seen, check_clocks, check_folders, check_frames, check_holds, check_lengths
+from sim1.recording.consistency import check_clocks, check_folders, check_frames, check_holds, check_lengths
 from sim1.recording.document import (
     SCHEMA,
     Document,
@@ -17,6 +18,7 @@ from sim1.recording.document import (
     write_document,
 )
 from sim1.recording.mesh import RestMesh, read_mesh, write_mesh
+from sim1.recording.places import ANCHORS, DOCUMENT, MESH, NOT_IMPORTED, BundleFiles, Places, stream
 from sim1.recording.problems import Problems
 from sim1.recording.recorded import Bundle, Hold, Recording
 from sim1.recording.starts import check_start
@@ -34,14 +36,18 @@ from sim1.stage import BadInput
 NO_MESH = 2**31  # faces, where the mesh does not read: its anchors are then checked for all but the face
 
 
-def read_bundle(folder: Path) -> Bundle:
+def read_bundle(folder: Path, imported: Mapping[str, Places] = NOT_IMPORTED) -> Bundle:
     """Read and check a bundle.
+
+    Args:
+        folder: the bundle.
+        imported: by path in the bundle, what messages name instead: the files of the lab.
 
     Raises:
         BadInput: anything missing, damaged or inconsistent; names the file, the row, the value and the remedy.
     """
     problems = Problems()
-    bundle = _read(folder, problems)
+    bundle = _read(BundleFiles(folder=folder, imported=imported), problems)
     problems.stop()
     assert bundle is not None  # without a problem there is a bundle
     return bundle
@@ -50,19 +56,21 @@ def read_bundle(folder: Path) -> Bundle:
 def examine_bundle(folder: Path) -> tuple[Bundle | None, tuple[str, ...]]:
     """The bundle, or None, and all that is wrong with it: the first problem of each file, and all of bundle.yaml's."""
     problems = Problems()
-    bundle = problems.attempt(_read, folder, problems)
+    bundle = problems.attempt(_read, BundleFiles(folder=folder), problems)
     return (None if problems.found else bundle), tuple(problems.found)
 
 
-def _read(folder: Path, problems: Problems) -> Bundle | None:
+def _read(files: BundleFiles, problems: Problems) -> Bundle | None:
+    folder = files.folder
     if not folder.is_dir():
-        raise BadInput(f"{folder}: not a folder; expected a recording bundle with bundle.yaml, schema {SCHEMA}")
-    document = read_document(folder / "bundle.yaml")
+        raise BadInput(f"{folder}: not a folder; expected a recording bundle with {DOCUMENT}, schema {SCHEMA}")
+    document = read_document(folder / DOCUMENT, files.places(DOCUMENT).file)
     problems.attempt(check_folders, folder, document)
-    mesh = problems.attempt(read_mesh, folder / document.garment.mesh)
+    name = document.garment.mesh
+    mesh = problems.attempt(read_mesh, folder / name, 1.0, files.places(name).file)
     face_count = len(mesh.faces) if mesh else NO_MESH
-    anchors = problems.attempt(read_anchors, folder / "anchors.parquet", face_count)
-    recordings = [_read_recording(folder, part, document, mesh, anchors, problems) for part in document.recordings]
+    anchors = problems.attempt(read_anchors, folder / ANCHORS, face_count, files.places(ANCHORS))
+    recordings = [_read_recording(files, part, document, mesh, anchors, problems) for part in document.recordings]
     if mesh is None or anchors is None or problems.found:
         return None
     return Bundle(
@@ -76,25 +84,27 @@ def _read(folder: Path, problems: Problems) -> Bundle | None:
 
 
 def _read_recording(
-    folder: Path,
+    files: BundleFiles,
     part: RecordingPart,
     document: Document,
     mesh: RestMesh | None,
     anchors: Anchors | None,
     problems: Problems,
 ) -> Recording | None:
-    place = folder / "recordings" / part.name
-    drives = problems.attempt(read_drives, place / "drives.parquet")
+    said_in = files.places(DOCUMENT).file
+    name = stream(part.name, "drives")
+    drives = problems.attempt(read_drives, files.folder / name, files.places(name))
     if drives is not None and mesh is not None:
-        problems.attempt(check_holds, folder / "bundle.yaml", part.name, part.holds, drives, mesh)
-    markers = None if anchors is None else problems.attempt(read_markers, place / "markers.parquet", anchors.marker)
-    if mesh is None or drives is None or anchors is None or markers is None:
+        problems.attempt(check_holds, said_in, part.name, part.holds, drives, mesh)
+    if anchors is None:
         return None
-    time_s, markers_m = markers
-    seen = Seen(folder=place, marker=anchors.marker, time_s=time_s, markers_m=markers_m)
+    name = stream(part.name, "markers")
+    seen = problems.attempt(read_markers, files.folder / name, anchors.marker, files.places(name))
+    if mesh is None or drives is None or seen is None:
+        return None
     problems.attempt(check_clocks, seen, drives)
     problems.attempt(check_lengths, seen, mesh, anchors)
-    problems.attempt(check_frames, seen, document.environment, mesh, drives, bool(part.holds))
+    problems.attempt(check_frames, seen, document, said_in, mesh, drives, bool(part.holds))
     holds = tuple(
         Hold(
             drive=hold.drive,
@@ -106,9 +116,14 @@ def _read_recording(
         for hold in part.holds
     )
     recording = Recording(
-        name=part.name, starts=part.starts, holds=holds, time_s=time_s, markers_m=markers_m, drives=drives
+        name=part.name,
+        starts=part.starts,
+        holds=holds,
+        time_s=seen.time_s,
+        markers_m=seen.markers_m,
+        drives=drives.tracks,
     )
-    problems.attempt(check_start, place, recording)
+    problems.attempt(check_start, said_in, recording, seen.place, drives.place)
     return recording
 
 
@@ -118,7 +133,7 @@ def write_bundle(folder: Path, bundle: Bundle) -> None:
     document = Document.model_validate(
         {
             "schema": SCHEMA,
-            "garment": {"mesh": "garment.obj", "prior": bundle.prior},
+            "garment": {"mesh": MESH, "prior": bundle.prior},
             "environment": bundle.environment,
             "markers": {"noise_std_m": bundle.noise_std_m},
             "recordings": [
@@ -131,14 +146,14 @@ def write_bundle(folder: Path, bundle: Bundle) -> None:
             ],
         }
     )
-    write_document(folder / "bundle.yaml", document)
-    write_mesh(folder / "garment.obj", bundle.mesh)
-    write_anchors(folder / "anchors.parquet", bundle.anchors)
+    write_document(folder / DOCUMENT, document)
+    write_mesh(folder / MESH, bundle.mesh)
+    write_anchors(folder / ANCHORS, bundle.anchors)
     for recording in bundle.recordings:
-        place = folder / "recordings" / recording.name
-        place.mkdir(parents=True, exist_ok=True)
-        write_markers(place / "markers.parquet", bundle.anchors.marker, recording.time_s, recording.markers_m)
-        write_drives(place / "drives.parquet", recording.drives)
+        markers, drives = (folder / stream(recording.name, name) for name in ("markers", "drives"))
+        markers.parent.mkdir(parents=True, exist_ok=True)
+        write_markers(markers, bundle.anchors.marker, recording.time_s, recording.markers_m)
+        write_drives(drives, recording.drives)
 
 
 def _hold_part(hold: Hold) -> HoldPart:

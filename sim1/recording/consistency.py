@@ -1,13 +1,12 @@
 """What the files of a bundle say about each other: clocks, lengths, folders, holds."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from sim1.recording.document import Document, Environment, HoldPart
+from sim1.recording.document import Document, HoldPart
 from sim1.recording.mesh import RestMesh
-from sim1.recording.streams import Anchors, Track
+from sim1.recording.streams import Anchors, Drives, Seen
 from sim1.stage import BadInput
 
 CLOCK_SLACK_S = 0.1  # a hold may be stamped by a rounded time
@@ -15,20 +14,6 @@ UNCOVERED_S = 0.5  # clocks that differ by as much are a mismatch to be found, n
 STRETCHED = 1.3  # markers farther apart than the mesh allows: woven cloth tears before
 BELOW_TABLE_M = 0.1
 FEWEST_PAIRS, FEWEST_FRAMES = 3, 3  # of markers seen together: one pair may be a mistake of the cameras
-
-
-@dataclass(frozen=True, kw_only=True)
-class Seen:
-    """Markers of one recording: T frames of M markers."""
-
-    folder: Path  # recordings/NAME
-    marker: np.ndarray  # (M,) ids
-    time_s: np.ndarray  # (T,)
-    markers_m: np.ndarray  # (T, M, 3), NaN where not seen
-
-    @property
-    def path(self) -> Path:
-        return self.folder / "markers.parquet"
 
 
 def check_folders(folder: Path, document: Document) -> None:
@@ -47,8 +32,8 @@ def check_folders(folder: Path, document: Document) -> None:
         )
 
 
-def check_holds(path: Path, name: str, holds: list[HoldPart], drives: dict[str, Track], mesh: RestMesh) -> None:
-    """Check the holds of one recording against its drives and the mesh; `path` is that of bundle.yaml.
+def check_holds(path: Path, name: str, holds: list[HoldPart], drives: Drives, mesh: RestMesh) -> None:
+    """Check the holds of one recording against its drives and the mesh; `path` is the file that says them.
 
     Raises:
         BadInput: an unknown drive or vertex, a time outside the drive's path, places that do not fit the mesh.
@@ -56,13 +41,13 @@ def check_holds(path: Path, name: str, holds: list[HoldPart], drives: dict[str, 
     size = mesh_size_m(mesh)
     for hold in holds:
         place = f"{path}: recording {name}: hold of drive {hold.drive!r}"
-        if hold.drive not in drives:
-            raise BadInput(f"{place}: drives.parquet has {sorted(drives)}; name one of them")
+        if hold.drive not in drives.tracks:
+            raise BadInput(f"{place}: {drives.places.file} has {sorted(drives.tracks)}; name one of them")
         if max(hold.vertices) >= len(mesh.vertices_m):
             raise BadInput(
                 f"{place}: vertex {max(hold.vertices)} is unknown; the mesh has {len(mesh.vertices_m)}, counted from 0"
             )
-        first, last = drives[hold.drive].time_s[[0, -1]]
+        first, last = drives.tracks[hold.drive].time_s[[0, -1]]
         if hold.from_s < first - CLOCK_SLACK_S or hold.to_s > last + CLOCK_SLACK_S:
             raise BadInput(
                 f"{place}: {hold.from_s} to {hold.to_s} s lies outside the recording ({first:.3f} to {last:.3f} s of the drive)"
@@ -74,24 +59,24 @@ def check_holds(path: Path, name: str, holds: list[HoldPart], drives: dict[str, 
             )
 
 
-def check_clocks(seen: Seen, drives: dict[str, Track]) -> None:
+def check_clocks(seen: Seen, drives: Drives) -> None:
     """Check that every drive covers the markers' time.
 
     Raises:
         BadInput: the clocks do not overlap, or a drive starts after the markers or ends before them.
     """
     begin, end = seen.time_s[[0, -1]]
-    for name, track in sorted(drives.items()):
+    for name, track in sorted(drives.tracks.items()):
         first, last = track.time_s[[0, -1]]
         ranges = f"markers run from {begin:.3f} to {end:.3f} s and drive {name!r} from {first:.3f} to {last:.3f} s"
         if begin > last or end < first:
             raise BadInput(
-                f"{seen.path}: {ranges}: the two clocks do not overlap; shift one stream by a constant, "
+                f"{seen.places.file}: {ranges} ({drives.places.file}): the two clocks do not overlap; shift one stream by a constant, "
                 "or pair the files of one recording"
             )
         if first > begin + UNCOVERED_S or last < end - UNCOVERED_S:
             raise BadInput(
-                f"{seen.folder / 'drives.parquet'}: {ranges}: the drive is shorter than the markers; "
+                f"{drives.places.file}: {ranges}: the drive is shorter than the markers; "
                 "cut the markers, or record the drive throughout"
             )
 
@@ -103,46 +88,48 @@ def check_lengths(seen: Seen, mesh: RestMesh, anchors: Anchors) -> None:
         BadInput: another unit, another mesh, a marker mislabelled.
     """
     size = mesh_size_m(mesh)
-    for frame, points in zip(seen.time_s, seen.markers_m, strict=True):
+    for frame, points in enumerate(seen.markers_m):
         there = points[np.isfinite(points[:, 0])]
         if len(there) > 1 and (span := float(np.linalg.norm(np.ptp(there, axis=0)))) > 1.5 * size + 0.05:
             raise BadInput(
-                f"{seen.path}: at {frame} s the markers span {span:.3g} m on a cloth of {size:.3g} m; "
-                "are they in millimetres, or is a marker mislabelled?"
+                f"{seen.place(frame)}: at {seen.time_s[frame]} s the markers span {span:.3g} m on a cloth of {size:.3g} m; "
+                "are they in millimetres, is a marker mislabelled, or are gaps written as zeros?"
             )
     if (ratio := stretch(mesh, anchors, seen.markers_m)) is not None and ratio > STRETCHED:
         raise BadInput(
-            f"{seen.path}: markers are {ratio:.3g} times as far apart as their anchors on the mesh (median of pairs); "
+            f"{seen.places.file}: markers are {ratio:.3g} times as far apart as their anchors on the mesh (median of pairs); "
             "the mesh has another size or unit, or the anchors belong to other markers"
         )
 
 
-def check_frames(seen: Seen, environment: Environment, mesh: RestMesh, drives: dict[str, Track], held: bool) -> None:
-    """Check that markers, drives and table can be in one frame.
+def check_frames(seen: Seen, document: Document, path: Path, mesh: RestMesh, drives: Drives, held: bool) -> None:
+    """Check that markers, drives and table can be in one frame; `path` is the file that says `document`.
 
     Raises:
         BadInput: a held cloth far from all drives, a marker far from the others, a cloth far below the table.
     """
     size = mesh_size_m(mesh)
     middle = np.nanmedian(seen.markers_m, axis=(0, 1))
-    apart = min(float(np.linalg.norm(track.position_m - middle, axis=1).min()) for track in drives.values())
+    ways = {name: np.linalg.norm(track.position_m - middle, axis=1) for name, track in drives.tracks.items()}
+    apart, nearest = min((float(way.min()), name) for name, way in ways.items())
     if held and apart > 3 * size + 1.0:
         raise BadInput(
-            f"{seen.folder / 'drives.parquet'}: the drives stay {apart:.3g} m away from a held cloth of {size:.3g} m; "
-            "are they in millimetres or in another frame?"
+            f"{drives.place(nearest, int(ways[nearest].argmin()))}: the drives stay {apart:.3g} m away from a held cloth of "
+            f"{size:.3g} m, here they come nearest; are they in millimetres or in another frame?"
         )
     away = np.linalg.norm(seen.markers_m - middle, axis=2)
-    travel = max(float(np.linalg.norm(np.ptp(track.position_m, axis=0))) for track in drives.values())
+    travel = max(float(np.linalg.norm(np.ptp(track.position_m, axis=0))) for track in drives.tracks.values())
     if held and np.nanmax(away) > 3 * size + 1.0 + travel:
         frame, column = np.unravel_index(np.nanargmax(away), away.shape)
         raise BadInput(
-            f"{seen.path}: at {seen.time_s[frame]} s marker {seen.marker[column]} is {away[frame, column]:.3g} m away from "
+            f"{seen.place(frame, column)}: at {seen.time_s[frame]} s marker {seen.marker[column]} is {away[frame, column]:.3g} m away from "
             f"where the cloth is, at {seen.markers_m[frame, column].tolist()}; set visible=false where it was not tracked"
         )
-    if environment.table is not None and middle[2] < environment.table.height_m - BELOW_TABLE_M:
+    table = document.environment.table
+    if table is not None and middle[2] < table.height_m - BELOW_TABLE_M:
         raise BadInput(
-            f"{seen.path}: the cloth is {environment.table.height_m - middle[2]:.3g} m below the table at "
-            f"{environment.table.height_m} m (bundle.yaml: environment.table.height_m); is z up, and is it the same frame?"
+            f"{seen.places.file}: the cloth is {table.height_m - middle[2]:.3g} m below the table at "
+            f"{table.height_m} m ({path.name}: environment.table.height_m); is z up, and is it the same frame?"
         )
 
 

@@ -111,14 +111,14 @@ class Document(Strict):
     recordings: Annotated[list[RecordingPart], pydantic.Field(min_length=1)]
 
 
-def read_document(path: Path) -> Document:
-    """Read and check `bundle.yaml`.
+def read_document(path: Path, named: Path) -> Document:
+    """Read and check `bundle.yaml`; `named` is the file whose words it repeats: itself, or that of an import.
 
     Raises:
         BadInput: missing, not YAML, an unknown, missing or repeated key, a value out of range; names the key.
     """
     document = read_strict(path, Document, f"bundle.yaml, schema {SCHEMA}")
-    if wrong := list(_wrong(path, document)):
+    if wrong := list(_wrong(named, document)):
         raise Several(wrong)
     return document
 

@@ -15,9 +15,9 @@ LONGEST_GAP_S, MOVED_IN_GAP_M = 0.5, 0.02
 
 
 def check_path(
-    place: str, time_s: np.ndarray, position_m: np.ndarray, rotation_wxyz: np.ndarray, row_of: Callable[[int], int]
+    place: Callable[[int], str], time_s: np.ndarray, position_m: np.ndarray, rotation_wxyz: np.ndarray
 ) -> None:
-    """Check the path of one drive, n samples; `place` starts messages, `row_of` gives the row of a sample in the file.
+    """Check the path of one drive, n samples; `place` is where a sample stands.
 
     Raises:
         BadInput: it moves or turns in a step further than an arm can from how it moves before and after, or moves unseen in a long gap.
@@ -33,7 +33,7 @@ def check_path(
             if (jump := (way > smallest) & ((way / took > fastest) | (need > hardest))).any():
                 at = int(np.argmax(jump))
                 raise BadInput(
-                    f"{place}: row {row_of(at + samples)}: the drive {verb} by {way[at]:.3g} {unit} in "
+                    f"{place(at + samples)}: the drive {verb} by {way[at]:.3g} {unit} in "
                     f"{time_s[at + samples] - time_s[at]:.3g} s at {time_s[at + samples]} s, from how it moves before and after {need[at]:.3g} {unit}/s^2 at least; an arm makes at most "
                     f"{fastest:g} {unit}/s and {hardest:g} {unit}/s^2: repair the stream (a lost packet, or {mistake})"
                 )
@@ -41,7 +41,7 @@ def check_path(
     if (gap := (step > LONGEST_GAP_S) & (moved > MOVED_IN_GAP_M)).any():
         at = int(np.argmax(gap)) + 1
         raise BadInput(
-            f"{place}: row {row_of(at)}: no command for {step[at - 1]:.3g} s before {time_s[at]} s, while the drive moves by "
+            f"{place(at)}: no command for {step[at - 1]:.3g} s before {time_s[at]} s, while the drive moves by "
             f"{moved[at - 1]:.3g} m; record again, or cut the recording there"
         )
 

@@ -25,8 +25,8 @@ class RestMesh:
     material_m: np.ndarray | None  # (V, 2) along warp and weft; None where the file has no `vt`
 
 
-def read_mesh(path: Path, metres: float = 1.0) -> RestMesh:
-    """Read and check the rest mesh; the file's numbers times `metres` are metres.
+def read_mesh(path: Path, metres: float = 1.0, named: Path | None = None) -> RestMesh:
+    """Read and check the rest mesh; the file's numbers times `metres` are metres. `named` is the file that it was imported from.
 
     Raises:
         BadInput: missing, not triangles, an index out of range, another unit, a seam in the material coordinates, a face
@@ -60,6 +60,7 @@ def read_mesh(path: Path, metres: float = 1.0) -> RestMesh:
             raise BadInput(f"{path}:{row}: {line.strip()[:80]!r} is not readable ({error})") from error
     if len(vertices) < 3 or not faces:
         raise BadInput(f"{path}: {len(vertices)} vertices and {len(faces)} faces; expected a triangle mesh")
+    path = named or path  # both have the same vertices and faces, if not the same lines
     points, triangles = np.array(vertices) * metres, np.array(faces)
     if triangles.max() >= len(points):
         face = int(np.argmax((triangles >= len(points)).any(1)))

@@ -1,5 +1,6 @@
 """Whether a recording that says that it starts at rest does: its simulation begins from the balance of the cloth."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -17,22 +18,30 @@ SURE = 3.0  # standard deviations of what noise makes of a speed
 FEWEST_FRAMES = 3  # in which a marker must be seen for a speed
 
 
-def check_start(folder: Path, recording: Recording) -> None:
-    """Check that drives, and markers as far as no clock that is off excuses them, rest where the recording says so; `folder`: its own.
+def check_start(
+    path: Path, recording: Recording, frame_place: Callable[[int], str], sample_place: Callable[[str, int], str]
+) -> None:
+    """Check that drives, and markers as far as no clock that is off excuses them, rest where the recording says so.
+
+    Args:
+        path: the file that says how it starts.
+        recording: what to check.
+        frame_place: where a frame of its markers stands, for messages.
+        sample_place: the same of a drive's name and sample.
 
     Raises:
         BadInput: a drive goes further than it may tremble in the first half second, or the cloth moves before its drives.
     """
     if recording.starts != "rest":
         return
-    remedy = f"write `starts: moving` for {recording.name} in bundle.yaml, or begin it {REST_S} s before the motion"
+    remedy = f"write `starts: moving` for {recording.name} in {path.name}, or begin it {REST_S} s before the motion"
     for name, track in sorted(recording.drives.items()):
         early = track.time_s < track.time_s[0] + REST_S - ROUNDED_S
         away, turned = np.linalg.norm(track.position_m - track.position_m[0], axis=1), turn_rad(track)
         if (moves := early & ((away > TREMBLE[0]) | (turned > TREMBLE[1]))).any():
             at = int(np.argmax(moves))
             raise BadInput(
-                f"{folder / 'drives.parquet'}: bundle.yaml says that the recording starts at rest, and drive {name!r} has moved by "
+                f"{sample_place(name, at)}: {path.name} says that the recording starts at rest, and drive {name!r} has moved by "
                 f"{away[at]:.3g} m and {turned[at]:.3g} rad at {track.time_s[at]} s, {track.time_s[at] - track.time_s[0]:.3g} s after its "
                 f"first sample; {remedy}"
             )
@@ -43,7 +52,7 @@ def check_start(folder: Path, recording: Recording) -> None:
         told = noise and _speed_m_s(recording, float(start), noise.core_std_m)
         if told is not None and told[0] > max(RESTING_M_S, SURE * told[1]):
             raise BadInput(
-                f"{folder / 'markers.parquet'}: bundle.yaml says that the recording starts at rest, and its markers move at {told[0]:.3g} m/s "
+                f"{frame_place(int(np.searchsorted(recording.time_s, start - 1e-9)))}: {path.name} says that the recording starts at rest, and its markers move at {told[0]:.3g} m/s "
                 f"in the frames from {start:.3f} to {start + SLICE_S:.3f} s; {remedy}, once the cloth hangs still"
             )
 

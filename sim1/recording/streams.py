@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from sim1.recording.clocks import check_clock, check_origin
+from sim1.recording.clocks import check_clock, check_forward_by_marker, check_origin
 from sim1.recording.drive_jumps import check_path
+from sim1.recording.places import Places
 from sim1.recording.tables import read_table
 from sim1.stage import BadInput
 
@@ -15,6 +16,7 @@ ANCHOR_COLUMNS = ("marker", "face", "b0", "b1", "b2")
 MARKER_COLUMNS = ("time_s", "marker", "x_m", "y_m", "z_m", "visible")
 DRIVE_COLUMNS = ("time_s", "drive", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "open")
 LARGEST_ID = 2**31 - 1  # ids are written as 32-bit numbers
+VALUE_COLUMNS = tuple(column for column in DRIVE_COLUMNS if column != "drive")
 FARTHEST_M = 100.0  # from the origin: farther off is another unit
 
 
@@ -37,12 +39,40 @@ class Track:
     openness: np.ndarray  # (D,) in [0, 1]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Drives:
+    """All drives of one recording, and where their samples stand."""
+
+    tracks: dict[str, Track]
+    rows: dict[str, np.ndarray]  # (D,) of the table, a track each
+    places: Places
+
+    def place(self, drive: str, sample: int) -> str:
+        """Where a sample of a drive stands."""
+        return self.places.row(int(self.rows[drive][sample]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seen:
+    """Markers of one recording, T frames of M markers, and where they stand."""
+
+    marker: np.ndarray  # (M,) ids
+    time_s: np.ndarray  # (T,)
+    markers_m: np.ndarray  # (T, M, 3), NaN where not seen
+    rows: np.ndarray  # (T, M) of the table
+    places: Places
+
+    def place(self, frame: int, column: int | None = None) -> str:
+        """Where a marker of a frame stands, or the frame's first row."""
+        return self.places.row(int(self.rows[frame].min() if column is None else self.rows[frame, column]))
+
+
 def _row(mask: np.ndarray) -> int:
     return int(np.argmax(mask))
 
 
-def read_anchors(path: Path, face_count: int) -> Anchors:
-    """Read `anchors.parquet`.
+def read_anchors(path: Path, face_count: int, places: Places) -> Anchors:
+    """Read `anchors.parquet`; messages name `places`.
 
     Raises:
         BadInput: a face that the mesh does not have, coordinates that do not sum to 1 or lie outside the face, a repeated marker.
@@ -51,132 +81,125 @@ def read_anchors(path: Path, face_count: int) -> Anchors:
     marker, face = table["marker"].to_numpy(np.int64), table["face"].to_numpy(np.int64)
     weight = table[["b0", "b1", "b2"]].to_numpy(float)
     rows = table.index.to_numpy()
-    if (again := np.diff(marker) == 0).any():
-        raise BadInput(f"{path}: row {rows[1:][again][0]}: marker {marker[1:][again][0]} has two anchors")
+
+    def place(wrong: np.ndarray) -> str:
+        return places.row(int(rows[_row(wrong)]))
+
+    if (again := np.concatenate([[False], marker[1:] == marker[:-1]])).any():
+        raise BadInput(f"{place(again)}: marker {marker[_row(again)]} has two anchors; keep one")
     if (odd := (marker < 0) | (marker > LARGEST_ID)).any():
-        raise BadInput(f"{path}: row {rows[_row(odd)]}: marker id {marker[_row(odd)]}; ids run from 0 to {LARGEST_ID}")
+        raise BadInput(f"{place(odd)}: marker id {marker[_row(odd)]}; ids run from 0 to {LARGEST_ID}")
     if (off := (face < 0) | (face >= face_count)).any():
-        raise BadInput(f"{path}: row {rows[_row(off)]}: marker off the mesh: face {face[_row(off)]} of {face_count}")
+        raise BadInput(f"{place(off)}: marker off the mesh: face {face[_row(off)]} of {face_count}; faces count from 0")
     if (out := ~((weight > -1e-6) & (weight < 1 + 1e-4)).all(1)).any():
         raise BadInput(
-            f"{path}: row {rows[_row(out)]}: marker off the mesh: barycentric {weight[_row(out)].tolist()} lies outside its face "
+            f"{place(out)}: marker off the mesh: barycentric {weight[_row(out)].tolist()} lies outside its face "
             "(each from 0 to 1)"
         )
     total = weight.sum(1)
     if (bad := np.abs(total - 1) > 1e-4).any():
-        raise BadInput(
-            f"{path}: row {rows[_row(bad)]}: b0 + b1 + b2 is {total[_row(bad)]:.6g}; barycentric coordinates sum to 1"
-        )
+        raise BadInput(f"{place(bad)}: b0 + b1 + b2 is {total[_row(bad)]:.6g}; barycentric coordinates sum to 1")
     return Anchors(marker=marker, face=face, weight=weight)
 
 
-def read_markers(path: Path, marker: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Read `markers.parquet` as times (T,) and positions (T, M, 3), NaN where a marker was not seen.
+def read_markers(path: Path, marker: np.ndarray, places: Places) -> Seen:
+    """Read `markers.parquet`, markers in the order of the ids `marker` (M,); messages name `places`.
 
     Raises:
         BadInput: a clock that stands or runs backwards, NaN where visible, unknown or missing markers, nothing visible.
     """
     table = read_table(path, MARKER_COLUMNS)
     time, ids = table["time_s"].to_numpy(float), table["marker"].to_numpy(np.int64)
-    place, seen = table[["x_m", "y_m", "z_m"]].to_numpy(float), table["visible"].to_numpy(bool)
-    check_origin(str(path), time, lambda at: at)
+    position, seen = table[["x_m", "y_m", "z_m"]].to_numpy(float), table["visible"].to_numpy(bool)
+    check_origin(places.row, time)
     frames, first, frame = np.unique(time, return_index=True, return_inverse=True)
-    _check_order(path, time, ids)
-    check_clock(str(path), frames, lambda at: int(first[at]))
+    check_forward_by_marker(places.row, time, ids)
+    check_clock(lambda at: places.row(int(first[at])), frames)
     if (unknown := ~np.isin(ids, marker)).any():
+        at = _row(unknown)
+        raise BadInput(f"{places.row(at)}: marker {ids[at]} has no anchor; add it to anchors.parquet or drop it")
+    if (hidden := seen & ~np.isfinite(position).all(1)).any():
+        at = _row(hidden)
+        raise BadInput(f"{places.row(at)}: marker {ids[at]} is visible and its place {position[at]}; set visible=false")
+    if (far := seen & (np.abs(position) > FARTHEST_M).any(1)).any():
+        at = _row(far)
         raise BadInput(
-            f"{path}: row {_row(unknown)}: marker {ids[_row(unknown)]} has no anchor; add it to anchors.parquet or drop it"
-        )
-    if (hidden := seen & ~np.isfinite(place).all(1)).any():
-        raise BadInput(
-            f"{path}: row {_row(hidden)}: marker {ids[_row(hidden)]} is visible and its place {place[_row(hidden)]}; set visible=false"
-        )
-    if (far := seen & (np.abs(place) > FARTHEST_M).any(1)).any():
-        raise BadInput(
-            f"{path}: row {_row(far)}: marker {ids[_row(far)]} is at {place[_row(far)].tolist()}; expected metres: are these millimetres?"
+            f"{places.row(at)}: marker {ids[at]} is at {position[at].tolist()}; expected metres: are these millimetres?"
         )
     if not seen.any():
-        raise BadInput(f"{path}: no marker is visible in any of {len(table)} rows; nothing can be compared")
+        raise BadInput(f"{places.file}: no marker is visible in any of {len(frames)} frames; nothing can be compared")
     column = np.searchsorted(marker, ids)
     count = np.zeros((len(frames), len(marker)), int)
     np.add.at(count, (frame, column), 1)
     if (count != 1).any():
         f, m = np.argwhere(count != 1)[0]
         raise BadInput(
-            f"{path}: row {_row(frame == f)}: frame at {frames[f]} s has {count[f, m]} rows of marker {marker[m]}; "
+            f"{places.row(_row(frame == f))}: frame at {frames[f]} s has {count[f, m]} rows of marker {marker[m]}; "
             "one row per marker and frame (visible=false where it was not seen), and no time stamp twice"
         )
     if len(frames) < 3:
-        raise BadInput(f"{path}: {len(frames)} frames; a recording needs 3 or more")
-    positions = np.full((len(frames), len(marker), 3), np.nan)
-    positions[frame[seen], column[seen]] = place[seen]
-    return frames, positions
+        raise BadInput(f"{places.file}: {len(frames)} frames; a recording needs 3 or more")
+    positions, rows = np.full((len(frames), len(marker), 3), np.nan), np.zeros((len(frames), len(marker)), int)
+    positions[frame[seen], column[seen]] = position[seen]
+    rows[frame, column] = np.arange(len(table))
+    return Seen(marker=marker, time_s=frames, markers_m=positions, rows=rows, places=places)
 
 
-def _check_order(path: Path, time_s: np.ndarray, ids: np.ndarray) -> None:
-    """Check that the rows of each marker follow its time: frame by frame or marker by marker, a clock that ran back is seen.
-
-    Raises:
-        BadInput: rows of a marker that go back in time.
-    """
-    rows = np.argsort(ids, kind="stable")
-    back = (np.diff(ids[rows]) == 0) & (np.diff(time_s[rows]) < 0)
-    if back.any():
-        before, after = (rows[int(np.argmax(back)) + k] for k in (0, 1))
-        raise BadInput(
-            f"{path}: row {after}: the clock runs back from {time_s[before]} s to {time_s[after]} s for marker {ids[after]}; "
-            "sort or repair the time stamps"
-        )
-
-
-def read_drives(path: Path) -> dict[str, Track]:
-    """Read `drives.parquet`: one track per drive.
+def read_drives(path: Path, places: Places) -> Drives:
+    """Read `drives.parquet`: one track per drive; messages name `places`.
 
     Raises:
         BadInput: a clock that stands or runs backwards, NaN, a quaternion that is not unit, openness outside [0, 1], a jump.
     """
     table = read_table(path, DRIVE_COLUMNS)
-    tracks = drives_of(path, table)
-    check_origin(str(path), table["time_s"].to_numpy(float), lambda at: at)
-    return tracks
+    drives = drives_of(places, table)
+    check_origin(places.row, table["time_s"].to_numpy(float))
+    return drives
 
 
-def drives_of(path: Path, table: pd.DataFrame) -> dict[str, Track]:
-    """Tracks by name of a table with `DRIVE_COLUMNS`, rows numbered from 0; `path` is where it came from.
+def drives_of(places: Places, table: pd.DataFrame) -> Drives:
+    """Drives of a table with `DRIVE_COLUMNS`, whose index holds the rows that `places` knows.
 
     Raises:
         BadInput: as `read_drives`, but for the clock's origin, which an import may shift.
     """
-    return {str(name): _track(path, str(name), part) for name, part in table.groupby("drive", sort=True)}
+    parts = {str(name): part for name, part in table.groupby("drive", sort=True)}
+    rows = {name: part.index.to_numpy() for name, part in parts.items()}
+    tracks = {name: _track(places, name, part) for name, part in parts.items()}
+    return Drives(tracks=tracks, rows=rows, places=places)
 
 
-def _track(path: Path, name: str, part: pd.DataFrame) -> Track:
-    rows = part.index.to_numpy()
-    values = part[[column for column in DRIVE_COLUMNS if column != "drive"]].to_numpy(float)
-    if (bad := ~np.isfinite(values).all(1)).any():
+def _track(places: Places, name: str, part: pd.DataFrame) -> Track:
+    rows, values = part.index.to_numpy(), part[list(VALUE_COLUMNS)].to_numpy(float)
+
+    def place(sample: int) -> str:
+        return f"{places.row(int(rows[sample]))}: drive {name!r}"
+
+    if (bad := ~np.isfinite(values)).any():
+        sample, column = np.argwhere(bad)[0]
         raise BadInput(
-            f"{path}: row {rows[_row(bad)]}: drive {name!r} has a value that is not finite; a command is always known"
+            f"{place(sample)}: {VALUE_COLUMNS[column]} is {values[sample, column]}, which is not finite; a command is always known"
         )
     time, position, rotation, openness = values[:, 0], values[:, 1:4], values[:, 4:8], values[:, 8]
     if (far := (np.abs(position) > FARTHEST_M).any(1)).any():
+        at = _row(far)
         raise BadInput(
-            f"{path}: row {rows[_row(far)]}: drive {name!r} is at {position[_row(far)].tolist()} at {time[_row(far)]} s; "
-            "expected metres: are these millimetres?"
+            f"{place(at)} is at {position[at].tolist()} at {time[at]} s; expected metres: are these millimetres?"
         )
     if len(time) < 2:
-        raise BadInput(f"{path}: drive {name!r} has {len(time)} sample; a path needs 2 or more")
-    check_clock(f"{path}: drive {name!r}", time, lambda at: int(rows[at]))
+        raise BadInput(f"{places.file}: drive {name!r} has {len(time)} sample; a path needs 2 or more")
+    check_clock(place, time)
     length = np.linalg.norm(np.clip(rotation, -9, 9), axis=1)  # clipped: a square must not overflow
     if (bad := np.abs(length - 1) > 1e-2).any():
-        raise BadInput(
-            f"{path}: row {rows[_row(bad)]}: quaternion of drive {name!r} has length {length[_row(bad)]:.4g}; expected 1 (qw, qx, qy, qz)"
-        )
+        at = _row(bad)
+        raise BadInput(f"{place(at)}: its quaternion has length {length[at]:.4g}; expected 1 (qw, qx, qy, qz)")
     if (bad := (openness < 0) | (openness > 1)).any():
-        raise BadInput(f"{path}: row {rows[_row(bad)]}: open is {openness[_row(bad)]}; expected 0 (closed) to 1")
+        at = _row(bad)
+        raise BadInput(f"{place(at)}: open is {openness[at]}; expected 0 (closed) to 1")
     rotation = np.where(np.abs(length - 1)[:, None] > 1e-9, rotation / length[:, None], rotation)
     flips = np.where((rotation[1:] * rotation[:-1]).sum(1) < 0, -1.0, 1.0)
     rotation = rotation * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
-    check_path(f"{path}: drive {name!r}", time, position, rotation, lambda at: int(rows[at]))
+    check_path(place, time, position, rotation)
     return Track(time_s=time, position_m=position, rotation_wxyz=rotation, openness=openness)
 
 

@@ -1,5 +1,6 @@
 """Parquet tables of a bundle: the columns of the format, of the right kind, none empty."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -22,20 +23,24 @@ def read_table(path: Path, columns: tuple[str, ...]) -> pd.DataFrame:
         table = pd.read_parquet(path)
     except Exception as error:  # damaged Parquet raises many kinds
         raise BadInput(f"{path}: not a readable Parquet table ({' '.join(str(error).split())[:120]})") from error
-    return checked_table(path, table, columns)
+    check_columns(path, table.columns, columns)
+    if table.empty:
+        raise BadInput(f"{path}: no rows; record again, or drop the recording")
+    table = table.reset_index(drop=True)
+    return pd.DataFrame({name: _column(path, name, table[name]) for name in columns})
 
 
-def checked_table(path: Path, table: pd.DataFrame, columns: tuple[str, ...]) -> pd.DataFrame:
-    """The table, if it has just these columns and each is of its kind; `path` is where it came from."""
-    found = sorted(map(str, table.columns))
+def check_columns(path: Path, names: Iterable[object], columns: tuple[str, ...]) -> None:
+    """Check that a table has just these columns, in any order; `path` is where it came from.
+
+    Raises:
+        BadInput: a column too many, too few or twice.
+    """
+    found = sorted(map(str, names))
     if found != sorted(columns):
         missing, extra = sorted(set(columns) - set(found)), sorted(set(found) - set(columns))
         detail = "; ".join(f"{word} {names}" for word, names in (("missing", missing), ("unknown", extra)) if names)
         raise BadInput(f"{path}: columns are {found}; expected {sorted(columns)} ({detail or 'one occurs twice'})")
-    if table.empty:
-        raise BadInput(f"{path}: no rows; record again or drop the recording from bundle.yaml")
-    table = table.reset_index(drop=True)
-    return pd.DataFrame({name: _column(path, name, table[name]) for name in columns})
 
 
 def _column(path: Path, name: str, column: pd.Series) -> np.ndarray:

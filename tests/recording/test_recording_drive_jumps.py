@@ -11,11 +11,10 @@ from sim1.stage import BadInput
 def checked(time_s, along_m, turn_rad=None, first_row=40):
     turn = np.zeros(len(time_s)) if turn_rad is None else turn_rad
     check_path(
-        "recordings/a/drives.parquet: drive 'left'",
+        lambda at: f"recordings/a/drives.parquet: row {first_row + at}",
         time_s,
         np.column_stack([along_m, 0 * along_m, 0.8 + 0 * along_m]),
         Rotation.from_euler("y", turn[:, None]).as_quat(scalar_first=True),
-        lambda at: first_row + at,
     )
 
 

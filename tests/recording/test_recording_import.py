@@ -23,6 +23,7 @@ from scipy.spatial.transform import Rotation
 from swinging import SIDE, board_bundle, board_markers, swing
 
 from sim1.recording.examination import examine
+from sim1.recording.importing.c3d_file import read_c3d
 from sim1.recording.importing.write import import_bundle
 from sim1.stage import BadInput
 
@@ -89,6 +90,15 @@ def test_a_unit_in_the_column_names_is_obeyed(tmp_path, gappy):
     folder = lab_folder(tmp_path / "lab", gappy)
     write_long(folder / "swing_a.csv", gappy, head="time_s,marker,x_mm,y_mm,z_mm", scale=1000.0)
     same(imported(folder, "csv", "swing_a").recordings[0], gappy, 2e-9)
+
+
+def test_a_point_of_c3d_is_in_a_gap_by_its_residual_and_not_because_it_is_at_the_origin(tmp_path, gappy):
+    at_origin = gappy.markers_m[0, 0].copy()
+    gappy.markers_m[:] -= at_origin
+    write_c3d(tmp_path / "swing_a.c3d", gappy)
+    paths = read_c3d(tmp_path / "swing_a.c3d")
+    np.testing.assert_array_equal(paths.positions_m[0, 0], [0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(np.isfinite(paths.positions_m[:, :16]).all(-1), gappy.seen)
 
 
 def test_y_up_becomes_z_up_and_stays_right_handed(tmp_path, gappy):

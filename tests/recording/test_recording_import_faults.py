@@ -1,5 +1,7 @@
 """Faults of a lab's files are named, and nothing is written; what is there stays unless one says otherwise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
@@ -35,6 +37,10 @@ def _edit(edit):
 
 def _replace(name, old, new):
     return lambda folder: (folder / name).write_text((folder / name).read_text().replace(old, new, 1))
+
+
+def _keep(name, rows):
+    return lambda folder: (folder / name).write_text("\n".join((folder / name).read_text().split("\n")[:rows]))
 
 
 def _of(content):
@@ -76,15 +82,20 @@ FAULTS = {
     ),
     "a vertex that the mesh has not": (
         _edit(lambda c: _of(c)["holds"][0].update(vertices=[0, 99], places_m=None)),
-        r"bundle\.yaml.*vertex 99",
+        r"import\.yaml: recording swing_a: .*vertex 99",
     ),
     "a cut that leaves nothing": (_edit(lambda c: _of(c).update(cut_s=[50.0, 60.0])), r"swing_a\.csv runs from 0\.000"),
     "a cut that ends before it begins": (_edit(lambda c: _of(c).update(cut_s=[2.0, 1.0])), r"cut_s is \[2\.0, 1\.0\]"),
     "a marker with two anchors": (
         _replace("anchors.csv", LABELS[1], LABELS[0]),
-        r"anchors\.csv: marker 'cloth:M00' has two",
+        r"anchors\.csv: row 3: marker 'cloth:M00' has two",
     ),
     "an empty cell of an anchor": (_replace("anchors.csv", "0.0375,", ","), r"anchors\.csv: row 2: a cell is empty"),
+    "no anchors": (_keep("anchors.csv", 1), r"anchors\.csv: no rows below the header"),
+    "an anchor beyond all numbers": (
+        _replace("anchors.csv", ",0.0375,", ",1e300,"),
+        r"anchors\.csv: row 2: marker 'cloth:M00' at \[1e\+300, .* off the mesh",
+    ),
     "a word in the data": (
         _replace("swing_a.csv", "\n0.020000,cloth:M00,-0.11", "\n0.020000,cloth:M00,-0.11x"),
         r"swing_a\.csv: row 34: '-0\.11x",
@@ -177,6 +188,8 @@ def test_a_file_on_which_the_library_itself_breaks_down_is_refused_too(tmp_path)
         ({"visible": np.ones(3)}, "visible"),
         ({"time_s": np.array(["a"])}, "expected numbers"),
         ({"drive_bar_open": np.zeros(2)}, "drive_bar_open"),
+        ({"drive_bar_position_m": np.zeros((3, 450))}, r"drive_bar_position_m is \(3, 450\); expected \(450, 3\)"),
+        ({"drive_bar_time_s": np.zeros(0)}, "drive_bar_time_s is empty"),
         ({"drive_bar_position_m": None}, "no key 'drive_bar_position_m'"),
     ],
 )
@@ -230,6 +243,17 @@ def test_the_command_imports_and_says_what_it_left_out(tmp_path, gappy):
     assert CliRunner().invoke(command, [*words, "--force", "--up", "x"]).exit_code == 2
     (folder / "import.yaml").unlink()
     assert "import.yaml" in CliRunner().invoke(command, [*words, "--force"]).output
+
+
+def test_the_command_names_all_that_is_wrong(tmp_path, gappy):
+    folder = lab_folder(tmp_path / "lab", gappy)
+    change_import(folder, lambda c: _of(c)["drives"].update(shift_s=7200.0))
+    change_import(folder, lambda c: c["markers"].update(units="m"))
+    write_long(folder / "swing_a.csv", replace(gappy, time_s=gappy.time_s + 7200.0))
+    words = ["import", "csv", str(folder / "swing_a.csv"), "--out", str(tmp_path / "bundle")]
+    said = CliRunner().invoke(command, words).output
+    assert "swing_a_drives.csv: row 2: time_s is 7200" in said
+    assert "swing_a.csv: row 2: time_s is 7200" in said
 
 
 def test_the_example_of_the_documentation_is_a_valid_import_file(tmp_path):

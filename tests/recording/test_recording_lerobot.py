@@ -48,7 +48,7 @@ def dataset_folder(folder: Path, *, names=NAMES, version="v3.0", nest=False) -> 
                 "timestamp": (np.arange(FRAMES) / RATE).astype(np.float32),
                 "action": list(joints(episode)),
                 "observation.state": list(
-                    joints(episode) + np.float32(0.01 * episode) * np.array([1, 0] * 7, np.float32)
+                    joints(episode) + np.float32(0.01 * episode) * np.array([1, 0, 1, 0, 1, 0, 0] * 2, np.float32)
                 ),
             }
         )
@@ -67,7 +67,7 @@ def by_the_arm(states: np.ndarray) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("nest", [False, True])
 def test_gripper_frames_are_where_the_arm_puts_them(tmp_path, nest):
-    drives = read_lerobot_drives(dataset_folder(tmp_path / "d", nest=nest), 1, ROBOT)
+    drives = read_lerobot_drives(dataset_folder(tmp_path / "d", nest=nest), 1, ROBOT).tracks
     for side, pose in by_the_arm(joints(1)).items():
         np.testing.assert_allclose(drives[side].position_m, pose[:, :3, 3], atol=1e-9)
         turned = Rotation.from_quat(drives[side].rotation_wxyz, scalar_first=True).as_matrix()
@@ -79,10 +79,10 @@ def test_gripper_frames_are_where_the_arm_puts_them(tmp_path, nest):
 def test_measured_joints_are_taken_where_one_asks_for_them(tmp_path):
     folder = dataset_folder(tmp_path / "d")
     commanded, measured = (
-        read_lerobot_drives(folder, 1, ROBOT, use)["left"] for use in ("action", "observation.state")
+        read_lerobot_drives(folder, 1, ROBOT, use).tracks["left"] for use in ("action", "observation.state")
     )
     assert np.abs(commanded.position_m - measured.position_m).max() > 1e-3
-    same = (read_lerobot_drives(folder, 0, ROBOT, use)["left"] for use in ("action", "observation.state"))
+    same = (read_lerobot_drives(folder, 0, ROBOT, use).tracks["left"] for use in ("action", "observation.state"))
     np.testing.assert_array_equal(*(track.position_m for track in same))
 
 
@@ -102,7 +102,7 @@ def test_a_dataset_that_lerobot_itself_wrote_is_read(tmp_path):
                 writer.add_frame({"action": row, "observation.state": row, "task": "swing"})
             writer.save_episode()
         writer.finalize()
-    drives = read_lerobot_drives(tmp_path / "d", 1, ROBOT)
+    drives = read_lerobot_drives(tmp_path / "d", 1, ROBOT).tracks
     np.testing.assert_allclose(drives["right"].position_m, by_the_arm(joints(1))["right"][:, :3, 3], atol=1e-9)
 
 
@@ -151,5 +151,67 @@ def test_what_is_no_such_dataset_is_refused_by_name(tmp_path):
     table = pd.read_parquet(degrees / "data/chunk-000/file-000.parquet")
     table["action"] = table["action"].map(np.rad2deg)
     table.to_parquet(degrees / "data/chunk-000/file-000.parquet")
-    with pytest.raises(BadInput, match="are these degrees"):
+    with pytest.raises(BadInput, match=r"file-000\.parquet: row 0 \(episode 0, frame 0\): action .*are these degrees"):
         read_lerobot_drives(degrees, 0, ROBOT)
+
+
+def change_frame(dataset: Path, row: int, edit, column: str = "action") -> None:
+    """Change what stands in one row of the dataset's file; episode 1 begins in row 140."""
+    path = dataset / "data/chunk-000/file-000.parquet"
+    table = pd.read_parquet(path).reset_index(drop=True)
+    cells = list(table[column])
+    cells[row] = edit(cells[row])
+    table.assign(**{column: cells}).to_parquet(path)
+
+
+def instead(name: str, value: float):
+    return lambda values: np.where(np.array(NAMES) == name, np.float32(value), values)
+
+
+FRAME_FAULTS = {
+    "a joint that is NaN": (
+        "observation.state",
+        instead("right_joint_2_rad", np.nan),
+        "observation.state right_joint_2_rad is nan; expected a finite number.*repair",
+    ),
+    "an openness that is infinite": ("action", instead("left_openness", np.inf), "action left_openness is inf"),
+    "an openness in per cent": (
+        "action",
+        instead("left_openness", 57),
+        r"action left_openness is 57; expected 0 \(closed\) to 1 \(open\).*divide by 100",
+    ),
+    "an openness below closed": ("action", instead("right_openness", -2e-4), "action right_openness is -0.0002"),
+    "a value too few": ("action", lambda values: values[:-1], "action has 13 values for 14 names"),
+    "a time that is NaN": ("timestamp", lambda _: np.nan, "timestamp is nan"),
+    "a clock that runs back": ("timestamp", lambda _: 0.1, "drive 'left': the clock runs back from .* to 0.1"),
+    "an arm that jumps": ("action", instead("left_joint_1_rad", 1.2), "drive 'left': the drive jumps"),
+}
+
+
+@pytest.mark.parametrize("fault", FRAME_FAULTS)
+def test_a_fault_of_a_frame_is_named_by_file_row_episode_and_frame(tmp_path, fault):
+    column, edit, words = FRAME_FAULTS[fault]
+    dataset = dataset_folder(tmp_path / "d")
+    change_frame(dataset, FRAMES + 20, edit, column)
+    use = "action" if column == "timestamp" else column
+    said = rf"d/data/chunk-000/file-000\.parquet: row 160 \(episode 1, frame 20\): {words}"
+    with pytest.raises(BadInput, match=said):
+        read_lerobot_drives(dataset, 1, ROBOT, use)
+    assert read_lerobot_drives(dataset, 0, ROBOT, use).tracks.keys() == {"left", "right"}
+
+
+def test_an_openness_past_its_ends_by_rounding_is_moved_onto_them(tmp_path):
+    dataset = dataset_folder(tmp_path / "d")
+    change_frame(dataset, FRAMES, instead("left_openness", 1 + 9e-5))
+    change_frame(dataset, FRAMES + 9, instead("right_openness", -9e-5))
+    tracks = read_lerobot_drives(dataset, 1, ROBOT).tracks
+    assert (tracks["left"].openness[0], tracks["right"].openness[9]) == (1.0, 0.0)
+
+
+def test_columns_of_another_kind_are_refused_by_the_name_of_their_file(tmp_path):
+    for column, value in (("timestamp", "noon"), ("action", "home")):
+        dataset = dataset_folder(tmp_path / column)
+        path = dataset / "data/chunk-000/file-000.parquet"
+        pd.read_parquet(path).assign(**{column: value}).to_parquet(path)
+        with pytest.raises(BadInput, match=rf"{column}/data/chunk-000/file-000\.parquet: not readable .*{value}"):
+            read_lerobot_drives(dataset, 0, ROBOT)

@@ -15,7 +15,7 @@ LONGEST_S = 600  # that reading may take
 
 
 def read_c3d(path: Path, units: str | None = None, up: str | None = None) -> MarkerPaths:
-    """Read the points of a C3D file; a negative residual is a gap. `up` is "z" where not said. The file's frame 1 is at 0 s.
+    """Read the points of a C3D file; a negative residual or a NaN is a gap. `up` is "z" where not said. The file's frame 1 is at 0 s.
 
     Raises:
         BadInput: not a C3D file, cut short, no points, no rate, a unit that nobody says.
@@ -39,8 +39,15 @@ def read_c3d(path: Path, units: str | None = None, up: str | None = None) -> Mar
         raise BadInput(f"{path}: POINT:RATE is {hertz}; expected the frame rate in Hz")
     stated = next((str(unit) for unit in arrays["units"] if unit), None)
     positions = np.where(lost[..., None], np.nan, points) * metres_per_unit(path, stated, units)
-    time = (int(arrays["first_frame"]) + np.arange(len(points))) / hertz
-    return MarkerPaths(time_s=time, labels=labels[: points.shape[1]], positions_m=z_up(positions, up or "z"))
+    frame = int(arrays["first_frame"]) + np.arange(len(points))  # from 0, where the file counts from 1
+    return MarkerPaths(
+        file=path,
+        time_s=frame / hertz,
+        labels=labels[: points.shape[1]],
+        positions_m=z_up(positions, up or "z"),
+        rows=np.broadcast_to(frame[:, None] + 1, lost.shape),
+        counted="frame",
+    )
 
 
 def _arrays(path: Path) -> dict[str, np.ndarray]:

@@ -24,7 +24,7 @@ def main(source: Path, out: Path) -> None:
     np.savez(
         out,
         points=points,
-        lost=lost | (points == 0).all(-1) | ~np.isfinite(points).all(-1),
+        lost=lost | np.isnan(points).any(-1),  # zeros alone are no gap: a marker may be at the origin
         labels=np.array([str(label).strip() for some in names for label in some], dtype=str),
         units=np.array([str(unit).strip() for unit in group.get("UNITS", {}).get("value", [])], dtype=str),
         rate=np.ravel(group.get("RATE", {}).get("value", [])).astype(float),

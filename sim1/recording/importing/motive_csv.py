@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from sim1.recording.importing.paths import MarkerPaths, metres_per_unit, numbers, z_up
-from sim1.recording.importing.text_table import cell, read_cells, triples
+from sim1.recording.importing.text_table import cell, numbered, read_cells, triples
 from sim1.stage import BadInput
 
 KINDS = (
@@ -38,7 +38,7 @@ def read_motive(path: Path, units: str | None = None, up: str | None = None) -> 
     columns = _columns(kinds, names, header[-1], rows[axes])
     if not columns:
         raise BadInput(f"{path}: no column of type Marker with X, Y, Z positions; export markers from Motive")
-    data = [row for row in rows[axes + 1 :] if row]
+    data = numbered(rows, axes + 1)
     if not data:
         raise BadInput(f"{path}: no frame below the header in row {axes + 1}; export the whole take")
     settings = dict(zip(rows[0][::2], rows[0][1::2]))
@@ -47,12 +47,18 @@ def read_motive(path: Path, units: str | None = None, up: str | None = None) -> 
             f"{path}: the header promises {promised} frames, the file holds {len(data)}; it was cut short: copy it again"
         )
     factor = metres_per_unit(path, settings.get("Length Units"), units)
-    time = numbers(path, [[cell(row, 1)] for row in data], range(axes + 2, axes + 2 + len(data)))[:, 0]
+    number = np.array([row for row, _ in data])
+    time = numbers(path, [[cell(row, 1)] for _, row in data], number)[:, 0]
     if (empty := np.isnan(time)).any():
-        raise BadInput(f"{path}: row {axes + 2 + int(np.argmax(empty))}: no time; export it again")
-    positions = triples(path, data, axes + 2, [column for _, three in columns for column in three])
+        raise BadInput(f"{path}: row {number[np.argmax(empty)]}: no time; export it again")
+    positions = triples(path, data, [column for _, three in columns for column in three])
     return MarkerPaths(
-        time_s=time, labels=tuple(name for name, _ in columns), positions_m=z_up(positions * factor, up or "y")
+        file=path,
+        time_s=time,
+        labels=tuple(name for name, _ in columns),
+        positions_m=z_up(positions * factor, up or "y"),
+        rows=np.broadcast_to(number[:, None], positions.shape[:2]),
+        counted="row",
     )
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from sim1.recording.importing.paths import MarkerPaths, metres_per_unit, numbers, z_up
-from sim1.recording.importing.text_table import cell, read_cells, triples
+from sim1.recording.importing.text_table import cell, numbered, read_cells, triples
 from sim1.stage import BadInput
 
 
@@ -31,18 +31,21 @@ def read_nexus(path: Path, units: str | None = None, up: str | None = None) -> M
     stated = {cell(unit_row, column + axis) for column in columns for axis in range(3)} - {""}
     if len(stated) > 1:
         raise BadInput(f"{path}: row {start + 5}: units of length differ: {sorted(stated)}; export again")
-    data = rows[start + 5 :]
-    end = next((k for k, row in enumerate(data) if not row), len(data))
-    if end == 0:
+    end = next((k for k in range(start + 5, len(rows)) if not rows[k]), len(rows))
+    data = numbered(rows[:end], start + 5)
+    if not data:
         raise BadInput(f"{path}: row {start + 6}: no frame; export the whole trial")
-    data = data[:end]
-    frame = numbers(path, [[cell(row, 0)] for row in data], range(start + 6, start + 6 + len(data)))[:, 0]
+    number = np.array([row for row, _ in data])
+    frame = numbers(path, [[cell(row, 0)] for _, row in data], number)[:, 0]
     if np.isnan(frame).any():
-        raise BadInput(f"{path}: row {start + 6 + int(np.argmax(np.isnan(frame)))}: no frame number; export it again")
-    positions = triples(path, data, start + 6, [column + axis for column in columns for axis in range(3)])
+        raise BadInput(f"{path}: row {number[np.argmax(np.isnan(frame))]}: no frame number; export it again")
+    positions = triples(path, data, [column + axis for column in columns for axis in range(3)])
     factor = metres_per_unit(path, next(iter(stated), None), units)
     return MarkerPaths(
+        file=path,
         time_s=(frame - 1) / hertz,
         labels=tuple(names[column] for column in columns),
         positions_m=z_up(positions * factor, up or "z"),
+        rows=np.broadcast_to(number[:, None], positions.shape[:2]),
+        counted="row",
     )

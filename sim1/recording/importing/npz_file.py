@@ -11,17 +11,18 @@ import pandas as pd
 
 from sim1.array_file import read_arrays
 from sim1.recording.importing.paths import MarkerPaths, metres_per_unit, z_up
-from sim1.recording.streams import DRIVE_COLUMNS, Track, drives_of
+from sim1.recording.places import own_places
+from sim1.recording.streams import DRIVE_COLUMNS, VALUE_COLUMNS, Drives, drives_of
 from sim1.stage import BadInput
 
 PARTS = {"time_s": 1, "position_m": 3, "rotation_wxyz": 4, "open": 1}  # of a drive, and numbers a sample
 
 
 def read_npz(path: Path, units: str | None = None, up: str | None = None) -> MarkerPaths:
-    """Read the markers of an archive; NaN or visible=false is a gap. `up` is "z" where not said.
+    """Read the markers of an archive; NaN or visible=false is a gap. `up` is "z" where not said. Frames count from 0.
 
     Raises:
-        BadInput: not an archive, a key missing or unknown, shapes that do not fit, a unit that nobody says.
+        BadInput: not an archive, a key missing or unknown, shapes that do not fit, a frame without a time, a unit that nobody says.
     """
     arrays = _arrays(path)
     for key in ("time_s", "labels", "positions"):
@@ -34,20 +35,30 @@ def read_npz(path: Path, units: str | None = None, up: str | None = None) -> Mar
             f"{path}: positions are {positions.shape}, time_s {time.shape} and labels {arrays['labels'].shape}; "
             "expected (T, M, 3), (T,) and (M,)"
         )
+    if len(time) == 0:
+        raise BadInput(f"{path}: no frame; export the recording")
+    if (untimed := ~np.isfinite(time)).any():
+        at = int(np.argmax(untimed))
+        raise BadInput(f"{path}: frame {at}: time_s is {time[at]}; every frame has its time: export it again")
     visible = arrays.get("visible", np.ones(shape[:2], bool))
     if visible.shape != shape[:2] or visible.dtype != bool:
         raise BadInput(f"{path}: visible is {visible.dtype} {visible.shape}; expected bool {shape[:2]}")
     stated = str(arrays["units"].item()) if "units" in arrays and arrays["units"].size == 1 else None
     factor = metres_per_unit(path, stated, units)
-    seen = visible & np.isfinite(positions).all(-1)
+    seen = visible & ~np.isnan(positions).any(-1)
     labels = tuple(str(label) for label in arrays["labels"].ravel())
     return MarkerPaths(
-        time_s=time, labels=labels, positions_m=z_up(np.where(seen[..., None], positions * factor, np.nan), up or "z")
+        file=path,
+        time_s=time,
+        labels=labels,
+        positions_m=z_up(np.where(seen[..., None], positions * factor, np.nan), up or "z"),
+        rows=np.broadcast_to(np.arange(len(time))[:, None], shape[:2]),
+        counted="frame",
     )
 
 
-def read_npz_drives(path: Path) -> dict[str, Track]:
-    """Read the drives of an archive; none where it has none.
+def read_npz_drives(path: Path) -> Drives:
+    """Read the drives of an archive; none where it has none. Rows of each drive's arrays count from 0.
 
     Raises:
         BadInput: not an archive, a part of a drive missing, shapes that do not fit, a damaged path.
@@ -60,12 +71,15 @@ def read_npz_drives(path: Path) -> dict[str, Track]:
     for name in names:
         found = {part: _floats(path, arrays, f"drive_{name}_{part}") for part in PARTS}
         count = found["time_s"].size
-        if wrong := [part for part, width in PARTS.items() if found[part].size != count * width]:
-            raise BadInput(f"{path}: drive_{name}_{wrong[0]} is {found[wrong[0]].shape} for {count} time stamps")
-        columns = np.column_stack([found[part].reshape(count, -1) for part in PARTS])
-        table = pd.DataFrame(columns, columns=[column for column in DRIVE_COLUMNS if column != "drive"])
-        tables.append(table.assign(drive=name))
-    return drives_of(path, pd.concat(tables, ignore_index=True)) if tables else {}
+        if count == 0:
+            raise BadInput(f"{path}: drive_{name}_time_s is empty; export the drive, or leave its arrays out")
+        for part, width in PARTS.items():
+            if found[part].shape != (shape := (count, width) if width > 1 else (count,)):
+                raise BadInput(f"{path}: drive_{name}_{part} is {found[part].shape}; expected {shape}")
+        columns = np.column_stack([found[part] for part in PARTS])
+        tables.append(pd.DataFrame(columns, columns=list(VALUE_COLUMNS)).assign(drive=name))
+    table = pd.concat(tables) if tables else pd.DataFrame(columns=list(DRIVE_COLUMNS))
+    return drives_of(own_places(path), table)
 
 
 def _is(key: str, part: str) -> bool:

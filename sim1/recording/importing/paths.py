@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sim1.recording.places import Places
 from sim1.scan.garment_file import METRES_PER_UNIT
 from sim1.stage import BadInput
 
@@ -21,9 +22,21 @@ UNIT_NAMES = {
 class MarkerPaths:
     """Paths of labelled markers on the file's own clock."""
 
+    file: Path
     time_s: np.ndarray  # (T,)
     labels: tuple[str, ...]  # M, as in the file; may repeat where the file's do
     positions_m: np.ndarray  # (T, M, 3) z up, NaN in gaps
+    rows: np.ndarray  # (T, M) of the file, as `counted` says; in a gap without a row, the first row of the frame
+    counted: str  # "row", or "frame" where a file has no rows
+
+    def place(self, frame: int, column: int = 0) -> str:
+        """Where a marker of a frame stands, for messages."""
+        return f"{self.file}: {self.counted} {self.rows[frame, column]}"
+
+
+def marker_places(paths: MarkerPaths) -> Places:
+    """Where the rows of the bundle's table stand in the lab's file: a row for each marker and frame."""
+    return Places(file=paths.file, row=lambda row: paths.place(*divmod(row, len(paths.labels))))
 
 
 def metres_per_unit(path: Path, stated: str | None, asked: str | None) -> float:
@@ -54,23 +67,25 @@ def z_up(points: np.ndarray, up: str) -> np.ndarray:
     return points if up == "z" else np.stack([points[..., 0], -points[..., 2], points[..., 1]], axis=-1)
 
 
-def numbers(path: Path, cells: Sequence[Sequence[str]], rows: Sequence[int]) -> np.ndarray:
+def numbers(
+    path: Path, cells: Sequence[Sequence[str]], rows: Sequence[int], remedy: str = "leave gaps empty"
+) -> np.ndarray:
     """Text cells of n lines as numbers (n, k), empty ones NaN; `rows` are the lines' rows in the file, from 1.
 
     Raises:
         BadInput: a cell is neither empty nor a finite number.
     """
-    values = [[_number(path, word, row) if word else np.nan for word in line] for line, row in zip(cells, rows)]
+    values = [[_number(path, word, row, remedy) if word else np.nan for word in line] for line, row in zip(cells, rows)]
     return np.array(values, float).reshape(len(cells), -1)
 
 
-def _number(path: Path, word: str, row: int) -> float:
+def _number(path: Path, word: str, row: int, remedy: str) -> float:
     if word.lower() in ("nan", "na", "null"):
         return np.nan
     try:
         value = float(word)
     except ValueError as error:
-        raise BadInput(f"{path}: row {row}: {word!r} is not a number; leave gaps empty") from error
+        raise BadInput(f"{path}: row {row}: {word!r} is not a number; {remedy}") from error
     if not np.isfinite(value):
-        raise BadInput(f"{path}: row {row}: {word!r} is not finite; leave gaps empty")
+        raise BadInput(f"{path}: row {row}: {word!r} is not finite; {remedy}")
     return value

@@ -31,8 +31,13 @@ def cell(row: list[str], column: int) -> str:
     return row[column] if column < len(row) else ""
 
 
-def triples(path: Path, rows: list[list[str]], first_row: int, columns: list[int]) -> np.ndarray:
-    """Numbers (n, k / 3, 3) in the given columns of data rows; a marker without all three is in a gap."""
-    text = [[cell(row, column) for column in columns] for row in rows]
-    values = numbers(path, text, range(first_row, first_row + len(rows))).reshape(len(rows), -1, 3)
+def numbered(rows: list[list[str]], start: int = 0) -> list[tuple[int, list[str]]]:
+    """The rows from index `start` on that are not blank, each with its number in the file, from 1."""
+    return [(k + 1, row) for k, row in enumerate(rows) if row and k >= start]
+
+
+def triples(path: Path, data: list[tuple[int, list[str]]], columns: list[int]) -> np.ndarray:
+    """Numbers (n, k / 3, 3) in the given columns of numbered rows; a marker without all three is in a gap."""
+    text = [[cell(row, column) for column in columns] for _, row in data]
+    values = numbers(path, text, [row for row, _ in data]).reshape(len(data), -1, 3)
     return np.where(np.isfinite(values).all(-1, keepdims=True), values, np.nan)

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sim1.recording.bundle import Bundle, read_bundle, write_bundle
-from sim1.recording.importing.assemble import Sources, assemble, pair_files
+from sim1.recording.importing.assemble import Assembled, assemble
 from sim1.recording.importing.import_file import default_import_file, read_import_file
+from sim1.recording.importing.sources import Sources, pair_files
 from sim1.stage import BadInput
 
 
@@ -54,8 +55,8 @@ def import_bundle(
     sources = Sources(
         import_file=import_file, document=document, markers=markers, dataset=dataset, robot=robot, units=units, up=up
     )
-    bundle, left_out = assemble(sources)
-    return Imported(bundle=put(out, bundle), left_out=left_out)
+    assembled = assemble(sources)
+    return Imported(bundle=_put(out, assembled), left_out=assembled.left_out)
 
 
 def _check_target(out: Path, force: bool) -> None:
@@ -67,20 +68,17 @@ def _check_target(out: Path, force: bool) -> None:
         raise BadInput(f"{out}: is there and is not a bundle; --force replaces bundles alone")
 
 
-def put(out: Path, bundle: Bundle) -> Bundle:
+def _put(out: Path, assembled: Assembled) -> Bundle:
     """Write a bundle beside `out`, read it back strictly, then move it into its place; gives what was read.
 
     Raises:
-        BadInput: it does not read back; `out` is then as it was before.
+        BadInput: it does not read back, by the lab's files; `out` is then as it was before.
     """
     out.parent.mkdir(parents=True, exist_ok=True)
     part, old = (out.with_name(f".{out.name}.{word}-{os.getpid()}") for word in ("part", "old"))
     try:
-        write_bundle(part, bundle)
-        try:
-            checked = read_bundle(part)
-        except BadInput as error:
-            raise BadInput(f"the files do not make a bundle: {str(error).replace(str(part), str(out))}") from error
+        write_bundle(part, assembled.bundle)
+        checked = read_bundle(part, assembled.places)
         if out.exists():
             out.rename(old)
         part.rename(out)
