@@ -72,6 +72,7 @@ def _read(folder: Path, problems: Problems) -> Bundle | None:
         noise_std_m=document.markers.noise_std_m,
         anchors=anchors,
         recordings=tuple(recording for recording in recordings if recording is not None),
+        folder=folder,
     )
 
 
