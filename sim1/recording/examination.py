@@ -11,6 +11,7 @@ from sim1.recording.problems import Several
 from sim1.recording.rule_table import RULES
 from sim1.recording.rules import Statement, statements
 from sim1.recording.sufficient import require_for_diagnosis
+from sim1.recording.unspread import prior_statements
 
 SCHEMA = "sim1.recordings-check/1"
 
@@ -64,7 +65,7 @@ def examine(folder: Path) -> Examination:
         wanting=wanting,
         recordings=tuple(recordings),
         figures=figures,
-        statements=tuple(statements(figures, RULES)),
+        statements=(*statements(figures, RULES), *prior_statements(bundle)),
     )
 
 
