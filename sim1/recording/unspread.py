@@ -1,7 +1,6 @@
 """Priors of which a bundle does not say how sure one is: what a diagnosis takes as exact, and what it assumes."""
 
 from sim1.recording.bundle import Bundle
-from sim1.recording.rules import Statement
 
 POISSON_STD = 0.1  # where the bundle states none: woven cloth lies between 0 and 0.5
 UNITS = {"area_density_kg_m2": "kg/m^2", "stretch_n_m": "N/m", "bending_n_m": "N m", "damping_s": "s"}
@@ -32,18 +31,3 @@ def assumed(bundle: Bundle) -> str | None:
 def unspread(bundle: Bundle) -> list[str]:
     """All that has to be said of a bundle's priors without a spread."""
     return [said for said in (taken_as_exact(bundle), assumed(bundle)) if said]
-
-
-def prior_statements(bundle: Bundle) -> list[Statement]:
-    """The same as statements of a check, or that nothing is wanting."""
-    said = [
-        Statement(
-            effects=(),
-            can=False,
-            text=f"priors: {text}",
-            record="state std (or log_std, where the value is not 0): how sure you are of it",
-        )
-        for text in unspread(bundle)
-    ]
-    whole = "priors: all that a diagnosis calibrates have a spread"
-    return said or [Statement(effects=(), can=True, text=whole, record="")]
