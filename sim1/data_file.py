@@ -10,19 +10,28 @@ from sim1.stage import BadInput
 from sim1.unique_keys import UniqueKeys
 
 
+def read_yaml(path: Path) -> Any:
+    """What a YAML file holds.
+
+    Raises:
+        BadInput: no such file, not UTF-8, not YAML, no such date, a key there twice; names the line where there is one.
+    """
+    try:
+        return yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeys)
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read ({error.strerror}); restore the file") from error
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        said = " ".join(str(error).split()).replace('in "<unicode string>", ', "")
+        raise BadInput(f"{path}: not readable as YAML ({said}); correct the file") from error
+
+
 def read_data_file[T](path: Path, kind: type[T], schema: str) -> T:
     """Read a YAML file with a `schema:` line into a `stage_config` class.
 
     Raises:
         BadInput: no such file, not YAML, another schema, a key is unknown, missing or there twice, a value of another type.
     """
-    try:
-        document: Any = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeys)
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read ({error.strerror}); restore the file") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        said = " ".join(str(error).split()).replace('in "<unicode string>", ', "")
-        raise BadInput(f"{path}: not readable as YAML ({said}); correct the file") from error
+    document = read_yaml(path)
     remedy = f"write schema: {schema} as its first line, and the rest as the files beside it and docs/ have it"
     if not isinstance(document, dict):
         raise BadInput(f"{path}: the file is {document!r:.80}, not lines of the form 'key: value'; {remedy}")
@@ -51,6 +60,8 @@ def explained(error: ValidationError) -> str:
                 said.append(f"unknown key {place!r}; remove it or correct its spelling")
             case "missing" | "missing_argument" | "missing_keyword_only_argument":
                 said.append(f"key {place!r} is missing")
+            case "model_type":
+                said.append(f"{place} is {item['input']!r:.80}, not keys and values")
             case _:
                 said.append(f"{place} is {item['input']!r:.80}: {item['msg'].lower()}")
     return "; ".join(said)

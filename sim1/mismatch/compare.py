@@ -11,8 +11,9 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from sim1.recording.bundle import Recording
+from sim1.recording.bundle import Bundle, Recording
 from sim1.recording.motion import UNTOLD_S, rest_until_s
+from sim1.stage import BadInput
 
 BLOCK_S = (
     0.04  # frames are averaged over this time: 25 Hz resolves what a sheet does, and the fit works on fewer numbers
@@ -100,6 +101,28 @@ def observe(recording: Recording) -> Observed:
         creep_m=0.0,
         mesh_m=np.zeros(int(kept.sum())),
     )
+
+
+def block_frames(observed: list[Observed]) -> float:
+    """Frames in a block of the recording with the slowest camera."""
+    return min(float(np.median(np.diff(one.starts))) for one in observed)
+
+
+def noise_of_blocks_m(bundle: Bundle, observed: list[Observed]) -> float:
+    """Standard deviation of blocks' means [m], which fits work with: measured at rest, else from what the bundle states of a frame.
+
+    Raises:
+        BadInput: nothing that rests shows it, and the bundle states none.
+    """
+    measured = block_noise_m(observed, list(bundle.recordings))
+    if measured:
+        return measured
+    if bundle.noise_std_m is None:
+        raise BadInput(
+            f"{bundle.folder / 'bundle.yaml'}: markers.noise_std_m is null and no recording that rests for 0.2 s or more shows "
+            "it; state the markers' noise in m, or let the cloth rest before it moves"
+        )
+    return bundle.noise_std_m / float(np.sqrt(block_frames(observed)))
 
 
 def block_noise_m(observed: list[Observed], recordings: list[Recording]) -> float | None:

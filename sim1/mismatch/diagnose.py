@@ -82,7 +82,7 @@ def diagnose(
     """
     if len(bundle.recordings) < 2:
         raise BadInput(
-            f"bundle.yaml: {len(bundle.recordings)} recording; a diagnosis needs two or more, one of them to test what the others taught"
+            f"{bundle.folder / 'bundle.yaml'}: {len(bundle.recordings)} recording; a diagnosis needs two or more, one of them to test what the others taught"
         )
     with kind(bundle, patience=patience) as engine:
         return _diagnose(engine, bundle, thresholds, progress)

@@ -11,13 +11,12 @@ import numpy as np
 from sim1.cloth.precise.scene import Scene, prepare
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.cloth.precise.world import World
-from sim1.mismatch.compare import Observed, block_noise_m, mesh_error, observe
+from sim1.mismatch.compare import Observed, block_frames, mesh_error, noise_of_blocks_m, observe
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Unknowns
 from sim1.mismatch.workers import Done, Task, Workers
 from sim1.recording.bundle import Bundle
 from sim1.recording.creep import creep_m
-from sim1.stage import BadInput
 
 STEP_S = 1 / 60  # of searches; what it gets wrong is measured with half of it and corrected for
 FINE_STEP_S = 1 / 240  # of predictions
@@ -57,8 +56,8 @@ class Engine:
         self.bundle, self.follow_hz, self.patience = bundle, follow_hz, patience or Patience()
         self.workers = Workers(bundle, processes)
         observed = [observe(recording) for recording in bundle.recordings]
-        self.block_frames = min(float(np.median(np.diff(one.starts))) for one in observed)
-        self.noise_m = noise = _noise_m(bundle, observed, self.block_frames)  # of blocks
+        self.block_frames = block_frames(observed)
+        self.noise_m = noise = noise_of_blocks_m(bundle, observed)
         self.creep_m = creep = creep_m(bundle) or 0.0
         self.finer = self.finest = mesh_for(bundle)  # how often the given mesh is refined
         self.stages = {
@@ -251,17 +250,6 @@ class Engine:
         other = 4.0 if self.other_mesh > self.finer else 1.0  # times the steps of the working mesh, by the vertices
         measured = 1.0 + other + 2.0  # on both meshes and by half steps
         return sum(spans_s) * (2 / FINE_STEP_S + 1 / STEP_S) + max(spans_s) * (measured + ASKED) / STEP_S
-
-
-def _noise_m(bundle: Bundle, observed: list[Observed], block_frames: float) -> float:
-    measured = block_noise_m(observed, list(bundle.recordings))
-    if measured:
-        return measured
-    if bundle.noise_std_m is None:
-        raise BadInput(
-            "bundle.yaml: markers.noise_std_m is null and no recording rests long enough to measure it: state the markers' noise in m"
-        )
-    return bundle.noise_std_m / float(np.sqrt(block_frames))
 
 
 def mesh_for(bundle: Bundle) -> int:

@@ -30,6 +30,7 @@ from sim1.mismatch.uncertainty import deviations
 from sim1.mismatch.verdict import Verdict, in_mm
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.recording.sufficient import require_for_diagnosis
+from sim1.recording.unspread import unspread
 
 LOST = "it promised something, and no simulation with it found its way from rest to the end: not judged"
 EASED = 4.0  # by which scores are divided before they are called odds
@@ -109,7 +110,7 @@ def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESH
             "missing_physics": effects,
             "alternatives": others,
             "next_experiment": next_experiment(found),
-            "remarks": list(found.remarks),
+            "remarks": [*found.remarks, *unspread(bundle)],
         }
     )
 

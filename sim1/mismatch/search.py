@@ -10,8 +10,8 @@ from sim1.cloth.precise.held_places import held_places
 from sim1.cloth.precise.start import table_z
 from sim1.cloth.precise.world import World
 from sim1.recording.bundle import Bundle
+from sim1.recording.unspread import POISSON_STD, UNITS
 
-POISSON_STD = 0.1  # where the bundle states none: woven cloth lies between 0 and 0.5
 PLACE_STD_M, PLACE_STD_RAD = 0.006, 0.05  # of held vertices whose places were estimated from resting markers
 LENGTH_STD = 7e-4  # of a sheet's length: what facets, and the formula of another mesh, leave open
 CLAMP_LOG_STD, RIM_LOG_STD = 0.25, 0.5  # of the stiffness at the rim of a clamp, in bending and in the plane, likewise
@@ -118,23 +118,16 @@ def baseline(bundle: Bundle) -> Unknowns:
         frame_centre_m=_middle_m(bundle),
     )
     found = []
-    for name, unit in (
-        ("area_density_kg_m2", "kg/m^2"),
-        ("stretch_n_m", "N/m"),
-        ("bending_n_m", "N m"),
-        ("damping_s", "s"),
-    ):
+    for name, unit in UNITS.items():
         stated = getattr(prior, name)
-        spread = stated.log_std or (stated.std / stated.value if stated.std else None)
-        if spread:
-            found.append(Coefficient(name=name, unit=unit, scale=spread, kind="log", centre=stated.value))
-    std = prior.poisson.std or (prior.poisson.log_std or 0.0) * prior.poisson.value or POISSON_STD
+        if stated.log_spread:  # else taken as exact, which a verdict says (`unspread.py`)
+            found.append(Coefficient(name=name, unit=unit, scale=stated.log_spread, kind="log", centre=stated.value))
+    std = prior.poisson.spread or POISSON_STD
     found.append(Coefficient(name="poisson", unit="1", scale=std, centre=world.poisson, low=0.0, high=0.49))
     if table:
         stated = table.friction
-        spread = stated.std or (stated.log_std or 0.0) * stated.value
-        if spread:
-            found.append(Coefficient(name="friction", unit="1", scale=spread, centre=stated.value, low=0.0))
+        if stated.spread:
+            found.append(Coefficient(name="friction", unit="1", scale=stated.spread, centre=stated.value, low=0.0))
     for grip, key in enumerate(held.keys):
         if key not in held.measured:
             for axis in AXES:

@@ -85,7 +85,7 @@ class Verdict(Strict):
     missing_physics: list[Effect]
     alternatives: list[Alternative]
     next_experiment: str
-    remarks: tuple[str, ...] = ()  # what could not be computed, and what contradicts what the bundle states
+    remarks: tuple[str, ...] = ()  # what could not be computed, and what the bundle leaves out or contradicts
 
     @pydantic.model_validator(mode="after")
     def _consistent(self) -> "Verdict":

@@ -80,6 +80,7 @@ def _read(files: BundleFiles, problems: Problems) -> Bundle | None:
         noise_std_m=document.markers.noise_std_m,
         anchors=anchors,
         recordings=tuple(recording for recording in recordings if recording is not None),
+        folder=folder,
     )
 
 

@@ -35,6 +35,16 @@ class Prior(Strict):
     std: pydantic.PositiveFloat | None = None
     log_std: pydantic.PositiveFloat | None = None
 
+    @property
+    def spread(self) -> float | None:
+        """Standard deviation in the value's own unit; None where none is stated, or one of the logarithm of nothing."""
+        return self.std or (self.log_std or 0.0) * self.value or None
+
+    @property
+    def log_spread(self) -> float | None:
+        """Standard deviation of the natural logarithm; None where none is stated."""
+        return self.log_std or (self.std / self.value if self.std else None)
+
 
 class Priors(Strict):
     """What a data sheet or a kitchen scale says of the fabric, SI units."""
@@ -54,12 +64,10 @@ class GarmentPart(Strict):
     prior: Priors
 
 
-class Friction(Strict):
+class Friction(Prior):
     """Friction coefficient, which may be 0."""
 
     value: pydantic.NonNegativeFloat
-    std: pydantic.PositiveFloat | None = None
-    log_std: pydantic.PositiveFloat | None = None
 
 
 class Table(Strict):

@@ -4,13 +4,14 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from sim1.recording.bundle import examine_bundle
+from sim1.recording.bundle import Bundle, examine_bundle
 from sim1.recording.figures import RecordingFigures, measure
 from sim1.recording.overall import Overall, overall
 from sim1.recording.problems import Several
 from sim1.recording.rule_table import RULES
 from sim1.recording.rules import Statement, statements
 from sim1.recording.sufficient import require_for_diagnosis
+from sim1.recording.unspread import unspread
 
 SCHEMA = "sim1.recordings-check/1"
 
@@ -64,8 +65,23 @@ def examine(folder: Path) -> Examination:
         wanting=wanting,
         recordings=tuple(recordings),
         figures=figures,
-        statements=tuple(statements(figures, RULES)),
+        statements=(*statements(figures, RULES), *_of_priors(bundle)),
     )
+
+
+def _of_priors(bundle: Bundle) -> list[Statement]:
+    """What is said of priors without a spread, or that nothing is wanting."""
+    said = [
+        Statement(
+            effects=(),
+            can=False,
+            text=f"priors: {text}",
+            record="state std (or log_std, where the value is not 0): how sure you are of it",
+        )
+        for text in unspread(bundle)
+    ]
+    whole = "priors: all that a diagnosis calibrates have a spread"
+    return said or [Statement(effects=(), can=True, text=whole, record="")]
 
 
 def _row(figures: RecordingFigures) -> dict[str, Any]:

@@ -23,6 +23,7 @@ class RestMesh:
     vertices_m: np.ndarray  # (V, 3)
     faces: np.ndarray  # (F, 3)
     material_m: np.ndarray | None  # (V, 2) along warp and weft; None where the file has no `vt`
+    path: Path = Path("garment.obj")  # where it was read from, for messages
 
 
 def read_mesh(path: Path, metres: float = 1.0, named: Path | None = None) -> RestMesh:
@@ -70,7 +71,7 @@ def read_mesh(path: Path, metres: float = 1.0, named: Path | None = None) -> Res
     material = _material(path, len(points), triangles, np.array(texture) * metres, np.array(corners))
     if material is not None and (wrong := list(_wrong_material(path, points, triangles, material))):
         raise Several(wrong)
-    return RestMesh(vertices_m=points, faces=triangles, material_m=material)
+    return RestMesh(vertices_m=points, faces=triangles, material_m=material, path=path)
 
 
 def _numbers(words: list[str], count: int) -> list[float]:

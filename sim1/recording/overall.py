@@ -6,6 +6,10 @@ from sim1.recording.bundle import Bundle
 from sim1.recording.creep import creep_m
 from sim1.recording.figures import RecordingFigures
 from sim1.recording.lateness import LATE_S
+from sim1.recording.marker_noise import MarkerNoise
+from sim1.recording.sheet_fit import material_of_markers
+
+SHRUNK = 0.015  # of a length: a usual shrinkage
 
 type Overall = dict[str, float | None]
 """None: cannot be measured here."""
@@ -19,12 +23,12 @@ def overall(bundle: Bundle, figures: list[RecordingFigures]) -> Overall:
     slowest, fastest = min((w[0] for w in windows), default=None), max((w[1] for w in windows), default=None)
     noise = [f.noise for f in figures if f.noise and f.noise.at_rest] or [f.noise for f in figures if f.noise]
     correlation = [n.correlation_s for n in noise if n.correlation_s is not None]
-    density = bundle.prior.area_density_kg_m2
-    spread = density.log_std or (density.std / density.value if density.std else None)
+    spread = bundle.prior.area_density_kg_m2.log_spread
     travels = np.concatenate([np.diff(t.position_m, axis=0) for r in bundle.recordings for t in r.drives.values()])
     creep = creep_m(bundle)
     strains = [f.strain / f.strain_noise for f in figures if f.strain_noise and f.strain is not None]
     paces = [f.speed_m_s[1] for f in figures]
+    flat, length_noise = _flat(figures), _length_noise(bundle, noise)
     late = [f.late_s for f in figures if f.late_s is not None]
     return {
         "recordings": float(len(figures)),
@@ -71,10 +75,26 @@ def overall(bundle: Bundle, figures: list[RecordingFigures]) -> Overall:
         "curvature_least_over_noise": _least(_over(figures, 0), _over(figures, 1)),
         "strain_over_noise": max(strains, default=None),
         "strain_percent": _product(max((f.strain for f in figures if f.strain is not None), default=None), 100),
+        "flat": flat,
+        "length_noise_percent": _product(length_noise, 100),
+        "shrinkage_over_noise": _ratio(flat and SHRUNK, length_noise),
         "steady_markers": None if creep is None else float(creep == 0.0),
         "creep_mm": _product(creep, 1e3),
         "folded": float(sum(f.folded for f in figures)),
     }
+
+
+def _flat(figures: list[RecordingFigures]) -> float | None:
+    """Recordings in which the cloth is flat for long enough to see lengths along it."""
+    fitted = [f for f in figures if f.curvature_1_m is not None]
+    return float(sum(f.strain is not None for f in fitted)) if fitted else None
+
+
+def _length_noise(bundle: Bundle, noise: list[MarkerNoise]) -> float | None:
+    """What noise does to a length across all markers, along warp or weft where they span less: a share of it."""
+    points = material_of_markers(bundle)
+    span = 0.0 if points is None else float(np.ptp(points, axis=0).min())
+    return float(np.sqrt(2) * np.median([n.core_std_m for n in noise])) / span if noise and span > 0 else None
 
 
 def _ratio(a: float | None, b: float | None) -> float | None:

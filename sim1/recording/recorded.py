@@ -1,6 +1,7 @@
 """What a bundle holds once it is read: one garment, its recordings, and what the robot was told."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -47,3 +48,4 @@ class Bundle:
     noise_std_m: float | None  # of the markers, per coordinate; None: not known
     anchors: Anchors
     recordings: tuple[Recording, ...]
+    folder: Path = Path()  # where it was read from, for messages

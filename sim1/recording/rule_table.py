@@ -98,6 +98,23 @@ RULES = (
         record="record a motion edge on: lift and lower it, or swing it in its own plane",
     ),
     Rule(
+        effects=("added_mass",),
+        figure="tangential_share",
+        least=0.5,
+        can="added_mass vs area density: the cloth moves along its face too, where it carries no air, at up to {tangential_m_s:.2g} m/s",
+        cannot="added_mass vs area density: the cloth moves along its face at {tangential_m_s:.2g} m/s at most, {normal_m_s:.2g} m/s "
+        "across, where the air that it carries and its own mass are one inertia",
+        record="record a motion edge on, and weigh the cloth",
+    ),
+    Rule(
+        effects=("added_mass",),
+        figure="pace_ratio",
+        least=2,
+        can="added_mass vs gravity: one recording is {pace_ratio:.2g} times faster than another; inertia grows with that and weight does not",
+        cannot="added_mass vs gravity: recordings are alike in speed (ratio {pace_ratio:.2g}); more inertia and less weight swing alike",
+        record="repeat a motion at half its pace",
+    ),
+    Rule(
         effects=("wind", "air_drag"),
         figure="facing_rad",
         least=0.35,
@@ -200,6 +217,15 @@ RULES = (
         cannot="anisotropic_stretch, strain_stiffening: the cloth gets {strain_percent:.2g} % longer, {strain_over_noise:.2g} times what "
         "noise shows",
         record="pull the cloth taut between two grippers, along warp and along weft",
+    ),
+    Rule(
+        effects=("shrinkage",),
+        figure="shrinkage_over_noise",
+        least=2,
+        can="shrinkage: the cloth is seen flat in {flat:.0f} recordings, where noise is {length_noise_percent:.2g} % of its length",
+        cannot="shrinkage: the cloth is seen flat in {flat:.0f} recordings, and noise is {length_noise_percent:.2g} % of its length; a scan "
+        "that is 1.5 % off cannot be told",
+        record="let the cloth hang or lie flat for 1 s; place markers near all of its edges",
     ),
     Rule(
         effects=("anisotropic_bending",),

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from sim1.cloth.precise.simulable import require_simulable
+from sim1.mismatch.compare import noise_of_blocks_m, observe
 from sim1.recording.bundle import Bundle
 from sim1.recording.motion import COARSE, UNTOLD_S, rest_until_s
 from sim1.recording.problems import Problems
@@ -13,23 +15,24 @@ LEAST_SHARE = 0.1  # of the frames of the motion that show as many
 
 
 def require_for_diagnosis(bundle: Bundle) -> None:
-    """Check that the bundle has motion to fit and motion to hold out.
+    """Check that the bundle has motion to fit and motion to hold out, and all that a diagnosis asks for before it simulates.
 
     Raises:
-        BadInput: one recording only, nothing moves, markers that end before the motion or are hidden during it, a marker that was never seen.
+        BadInput: one recording only, nothing moves, markers that end before the motion or are hidden during it, a marker that was never
+            seen, markers whose noise nobody knows, or what cannot be simulated (`require_simulable`).
     """
     problems = Problems()
     names = [recording.name for recording in bundle.recordings]
     if len(names) < FEWEST_RECORDINGS:
         problems.found.append(
-            f"bundle.yaml: recordings lists {names}; a diagnosis needs {FEWEST_RECORDINGS} or more, "
+            f"{bundle.folder / 'bundle.yaml'}: recordings lists {names}; a diagnosis needs {FEWEST_RECORDINGS} or more, "
             "one of them to test on: record the cloth once more"
         )
     for recording in bundle.recordings:
-        place, start = f"recordings/{recording.name}", rest_until_s(recording, COARSE)
+        place, start = bundle.folder / "recordings" / recording.name, rest_until_s(recording, COARSE)
         if np.isinf(start) and recording.starts == "rest":
             problems.found.append(
-                f"{place}/drives.parquet: no drive moves by 1 mm and no hold changes; move the cloth, or drop the recording"
+                f"{place / 'drives.parquet'}: no drive moves by 1 mm and no hold changes; move the cloth, or drop the recording"
             )
             continue
         if not np.isfinite(start):  # it starts as it is, and is not driven
@@ -41,18 +44,20 @@ def require_for_diagnosis(bundle: Bundle) -> None:
         share = enough.mean() if enough.size else 0.0
         if recording.time_s[-1] < start + SHORTEST_MOTION_S:
             problems.found.append(
-                f"{place}/markers.parquet: markers end at {recording.time_s[-1]:.3f} s and the motion starts at {start:.3f} s; "
+                f"{place / 'markers.parquet'}: markers end at {recording.time_s[-1]:.3f} s and the motion starts at {start:.3f} s; "
                 "this is a bundle for prediction alone: give the markers of the motion too"
             )
         elif share < LEAST_SHARE:  # what nobody saw would else be called nothing
             problems.found.append(
-                f"{place}/markers.parquet: of the {moving.sum()} frames from {start:.3f} s on, where the motion starts, {100 * share:.0f} % show {FEWEST_SEEN} markers or "
+                f"{place / 'markers.parquet'}: of the {moving.sum()} frames from {start:.3f} s on, where the motion starts, {100 * share:.0f} % show {FEWEST_SEEN} markers or "
                 f"more, and {100 * LEAST_SHARE:.0f} % are needed: correct the column visible, or drop the recording"
             )
     seen = np.any([recording.seen.any(0) for recording in bundle.recordings], axis=0)
     if not seen.all():
         problems.found.append(
-            f"markers.parquet: markers {bundle.anchors.marker[~seen].tolist()} are not visible in any recording; "
-            "drop them here and in anchors.parquet, or correct their labels"
+            f"{bundle.folder / 'recordings'}: markers {bundle.anchors.marker[~seen].tolist()} are not visible in any markers.parquet; "
+            "drop them there and in anchors.parquet, or correct their labels"
         )
+    problems.attempt(noise_of_blocks_m, bundle, [observe(recording) for recording in bundle.recordings])
+    problems.attempt(require_simulable, bundle)
     problems.stop()

@@ -30,7 +30,7 @@ def test_a_model_file_reads_back_as_written(tmp_path):
     physics = ClothPhysics(
         **{name: Property(value=item["value"], ci95=(0.0, 500.0)) for name, item in FABRIC.items()},
         friction=Friction(table=Property(value=0.5, ci95=(0.4, 0.6))),
-        effects=({"name": "hysteresis", "parameters": {"a": {"value": 1.0, "ci95": None, "unit": "N"}}},),
+        effects=({"name": "added_mass", "parameters": {"mass": {"value": 0.1, "ci95": None, "unit": "kg/m^2"}}},),
         mesh={"length_u": 1.0004, "rim": 1.3},
         mesh_refined=1,
     )

@@ -14,6 +14,7 @@ from sim1.mismatch.diagnose import _without_each
 from sim1.mismatch.findings import verdict_of
 from sim1.mismatch.foretold import Foretold
 from sim1.mismatch.search import Term
+from sim1.recording.document import Prior
 
 PAIR, DRAG, CURL = ("air_drag", "rest_curvature"), ("air_drag",), ("rest_curvature",)
 
@@ -63,9 +64,16 @@ def test_the_verdict_tells_what_each_of_two_names_adds(unknowns, monkeypatch):
         located=Located(forces=(), marker_power_n2=np.zeros(0), windows=(), signature="none", lost={}),
         remarks=("said",),
     )
-    said = verdict_of(empty_bundle(motions=2), found)
+    bundle = empty_bundle(motions=2)
+    said = verdict_of(bundle, found)
     assert {one.name: one.heldout_rmse_reduction for one in said.missing_physics} == {
         "air_drag": pytest.approx(0.8),
         "rest_curvature": None,
     }
     assert said.remarks == ("said",)
+    exact = bundle.prior.model_copy(update={"damping_s": Prior(value=2e-3)})
+    again = verdict_of(replace(bundle, prior=exact), found)
+    assert (
+        again.remarks[1]
+        == "bundle.yaml gives no spread to garment.prior.damping_s (0.002 s): taken as exact and not calibrated"
+    )

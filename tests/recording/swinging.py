@@ -101,7 +101,7 @@ def board_bundle(*recordings: Recording, table_m: float | None = None) -> Bundle
         mesh=mesh,
         prior=Priors(**PRIORS),
         environment=Environment(gravity_m_s2=(0, 0, -9.81), air_density_kg_m3=1.2, table=table),
-        noise_std_m=None,
+        noise_std_m=5e-4,
         anchors=Anchors(marker=np.arange(16), face=np.array(face), weight=np.array(weight)),
         recordings=recordings,
     )

@@ -12,7 +12,8 @@ from sim1.cloth.effects.anisotropic_friction import AnisotropicFriction
 from sim1.cloth.effects.anisotropic_stretch import AnisotropicStretch
 from sim1.cloth.effects.bending_hysteresis import BendingHysteresis
 from sim1.cloth.effects.clock_offset import ClockOffset
-from sim1.cloth.effects.effect import Effect, Site, effect_of
+from sim1.cloth.effects.effect import Effect, Site
+from sim1.cloth.effects.entry import effect_of
 from sim1.cloth.effects.frame_offset import FrameOffset
 from sim1.cloth.effects.gravity_tilt import GravityTilt
 from sim1.cloth.effects.grip_compliance import GripCompliance
@@ -86,13 +87,17 @@ __all__ = [
 ]
 
 
-def effects_of(entries: tuple[dict, ...]) -> tuple[Effect, ...]:
-    """Effects of a model file's `effects` entries (`sim1.model/1`).
+def effects_of(entries: tuple[dict, ...], place: str = "effects") -> tuple[Effect, ...]:
+    """Effects of a model file's `effects` entries (`sim1.model/1`); `place` begins the message of an error.
 
     Raises:
-        BadInput: unknown name or parameter, or a value that is not allowed.
+        BadInput: an effect twice, unknown name or parameter, missing parameter, another unit, or a value that is not allowed.
     """
-    return tuple(effect_of(entry, EFFECTS) for entry in entries)
+    effects = tuple(effect_of(entry, EFFECTS, place) for entry in entries)
+    names = [effect.name for effect in effects]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise BadInput(f"{place}: {', '.join(twice)} more than once; name each effect once")
+    return effects
 
 
 def acts(effect: type[Effect]) -> bool:

@@ -40,6 +40,7 @@ class AirDrag(Effect):
     air_density_kg_m3: float = AIR_DENSITY_KG_M3
 
     limits: ClassVar[dict[str, tuple[float, float]]] = {"air_density_kg_m3": (0.0, math.inf)}
+    fixed: ClassVar[dict[str, str]] = {"air_density_kg_m3": "kg/m^3"}
 
     @classmethod
     def alter(cls, world: World, values: dict[str, float]) -> World:

@@ -28,6 +28,8 @@ class AnisotropicStretch(Effect):
     ratio_warp_weft: float  # 1
     warp: tuple[float, float, float] = WARP  # direction of the warp threads at rest, for all effects
 
+    fixed: ClassVar[dict[str, str]] = {"warp": "1"}
+
     def __post_init__(self) -> None:
         """Refuse what cannot be meant.
 

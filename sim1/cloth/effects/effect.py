@@ -9,7 +9,6 @@ import numpy as np
 
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.precise.world import World
-from sim1.stage import BadInput
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +46,7 @@ class Effect:
     typical: ClassVar[str]  # range that is met
     coefficients: ClassVar[tuple[Coefficient, ...]]  # what a search varies; the strengths first
     limits: ClassVar[dict[str, tuple[float, float]]] = {}  # of parameters that are no coefficients
+    fixed: ClassVar[dict[str, str]] = {}  # parameters that no search varies, and their units
     on_table: ClassVar[bool] = False  # acts through the table alone
     beyond: ClassVar[bool] = False  # acts above a threshold alone, and `variants` are thresholds
     afar: ClassVar[tuple[dict[str, float], ...]] = ()  # coefficients far from nothing, from which it is sought as well
@@ -116,27 +116,3 @@ class Effect:
         On vertices by adding to `solver.now.force` and `solver.now.slope`, on hinges by `solver.curving.answer`, which shifts
         `solver.sheet.hinge_angle` for the step, on contacts by changing `solver.solids.friction` and `solver.solids.skew`.
         """
-
-
-def effect_of(entry: dict[str, Any], known: dict[str, type[Effect]]) -> Effect:
-    """One `{name, parameters: {p: {value, ci95, unit}}}` entry as an effect.
-
-    Raises:
-        BadInput: unknown name or parameter, missing parameter, or a value that is not allowed.
-    """
-    name = entry.get("name")
-    if name not in known:
-        raise BadInput(f"effects: {name!r} is not an effect that the simulation knows; known: {sorted(known)}")
-    kind = known[name]
-    given = {key: item["value"] for key, item in (entry.get("parameters") or {}).items()}
-    allowed = {field.name for field in fields(kind)}
-    if set(given) - allowed:
-        raise BadInput(
-            f"effects: {name} has unknown parameters {sorted(set(given) - allowed)}, allowed: {sorted(allowed)}"
-        )
-    try:
-        return kind(**given)
-    except TypeError as error:
-        raise BadInput(f"effects: {name}: {error}") from error
-    except ValueError as error:
-        raise BadInput(f"effects: {error}") from error

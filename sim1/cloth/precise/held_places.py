@@ -60,7 +60,7 @@ def held_places(bundle: Bundle) -> HeldPlaces:
     for recording, hold in holds:
         if _short(hold) not in estimates and not _known(measured, recording, hold):
             raise BadInput(
-                f"bundle.yaml: recording {recording.name}: places_m of drive {hold.drive!r} is null and no recording starts at rest "
+                f"{bundle.folder / 'bundle.yaml'}: recording {recording.name}: places_m of drive {hold.drive!r} is null and no recording starts at rest "
                 "in this grip; measure where the cloth sits in it"
             )
     return HeldPlaces(places_m=found, measured=frozenset(measured))
@@ -101,7 +101,7 @@ def _estimates(
             continue
         if hold.from_s > rest_until_s(recording) + 0.05:  # taken up later: the resting markers do not show it
             continue
-        seen = resting_shape(recording, points, sheet)[hold.vertices]
+        seen = resting_shape(bundle, recording, points, sheet)[hold.vertices]
         position, turn = drive_pose(recording.drives[hold.drive], np.array([recording.time_s[0]]))
         local = (seen - position[0]) @ turn[0]
         flat = np.column_stack([sheet.material_m[hold.vertices], np.zeros(len(hold.vertices))])

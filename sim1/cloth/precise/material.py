@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sim1.cloth.precise.mesh import Sheet
+from sim1.cloth.precise.mesh import Sheet, place_on
 from sim1.recording.bundle import Bundle
 from sim1.stage import BadInput
 
@@ -21,11 +21,11 @@ def sheet_of(bundle: Bundle) -> Sheet:
         _, size, axes = np.linalg.svd(bundle.mesh.vertices_m - middle, full_matrices=False)
         if size[2] > FLAT * size[0]:
             raise BadInput(
-                f"garment.obj: no material coordinates (`vt`) on a mesh that is not flat, but {size[2] / size[0]:.2g} times as thick as "
+                f"{bundle.mesh.path}: no material coordinates (`vt`) on a mesh that is not flat, but {size[2] / size[0]:.2g} times as thick as "
                 "it is long; write them in metres"
             )
         material = (bundle.mesh.vertices_m - middle) @ axes[:2].T
-    sheet = Sheet(material_m=material, faces=bundle.mesh.faces)
+    sheet = Sheet(material_m=material, faces=bundle.mesh.faces, source=str(bundle.mesh.path))
     _ = sheet.face_area_m2  # asked here, where faces are counted as in the file: later they are cut and reordered
     return sheet
 
@@ -34,3 +34,13 @@ def marker_points(bundle: Bundle) -> np.ndarray:
     """Material coordinates (M, 2) of the markers."""
     sheet = sheet_of(bundle)
     return (sheet.material_m[sheet.faces[bundle.anchors.face]] * bundle.anchors.weight[..., None]).sum(1)
+
+
+def markers_on(bundle: Bundle, sheet: Sheet) -> tuple[np.ndarray, np.ndarray]:
+    """Face (M,) and barycentric coordinates (M, 3) of the markers on the bundle's sheet, however it was cut and reordered.
+
+    Raises:
+        BadInput: a marker that no face near it holds.
+    """
+    path = bundle.folder / "anchors.parquet"
+    return place_on(sheet, marker_points(bundle), [f"{path}: marker {marker}" for marker in bundle.anchors.marker])

@@ -1,6 +1,7 @@
 """A flat rest mesh, its curvature stencils, its refinement, and points on it."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -34,6 +35,7 @@ class Sheet:
 
     material_m: np.ndarray  # (V, 2) material coordinates, u along the warp
     faces: np.ndarray  # (F, 3)
+    source: str = "rest mesh"  # the file that it is of, for messages
 
     @cached_property
     def face_area_m2(self) -> np.ndarray:
@@ -47,13 +49,13 @@ class Sheet:
         if (thin := np.abs(area) < THINNEST_M2).any():
             face = int(np.argmax(thin))
             raise BadInput(
-                f"garment.obj: face {face} has no area in `vt` ({area[face]:.1e} m^2; {thin.sum()} such faces of {len(area)}); "
+                f"{self.source}: face {face} has no area in `vt` ({area[face]:.1e} m^2; {thin.sum()} such faces of {len(area)}); "
                 "give each vertex its own place on the cloth, or remesh"
             )
         if (turned := np.sign(area) != np.sign(np.median(np.sign(area)))).any():
             face = int(np.argmax(turned))
             raise BadInput(
-                f"garment.obj: face {face} lies the other way up in `vt` than most ({turned.sum()} such faces of {len(area)}): the cloth "
+                f"{self.source}: face {face} lies the other way up in `vt` than most ({turned.sum()} such faces of {len(area)}): the cloth "
                 "would overlap itself; lay it out flat, or turn the corners of those faces round"
             )
         return np.abs(area)
@@ -105,7 +107,7 @@ class Sheet:
         edges, uses = self.edges
         inner = np.setdiff1d(np.unique(self.faces), edges[uses == 1])
         if len(inner) == 0:
-            raise BadInput(f"rest mesh: none of its {count} vertices lies inside; give a mesh of 4 x 4 or more")
+            raise BadInput(f"{self.source}: none of its {count} vertices lies inside; give a mesh of 4 x 4 or more")
         tree = cKDTree(self.material_m)
         neighbours: list[list[int]] = [[] for _ in range(count)]
         for a, b in edges:
@@ -122,7 +124,9 @@ class Sheet:
             if fit is not None:
                 fits[int(vertex)] = near, fit
         if not fits:
-            raise BadInput("rest mesh: no vertex has enough neighbours to bend; give a mesh of 4 x 4 vertices or more")
+            raise BadInput(
+                f"{self.source}: none of its {count} vertices has enough neighbours to bend; give a mesh of 4 x 4 or more"
+            )
         centres = np.array(list(fits))
         owner = centres[cKDTree(self.material_m[centres]).query(self.material_m)[1]]
         for vertex in np.setdiff1d(np.arange(count), np.concatenate([near for near, _ in fits.values()])):
@@ -202,7 +206,7 @@ def reordered(sheet: Sheet, order: np.ndarray) -> tuple[Sheet, np.ndarray]:
     """The sheet with vertices in another order, and the new number (V,) of each old vertex."""
     place = np.empty(len(order), int)
     place[order] = np.arange(len(order))
-    return Sheet(material_m=sheet.material_m[order], faces=place[sheet.faces]), place
+    return replace(sheet, material_m=sheet.material_m[order], faces=place[sheet.faces]), place
 
 
 def refined(sheet: Sheet) -> tuple[Sheet, np.ndarray]:
@@ -218,11 +222,13 @@ def refined(sheet: Sheet) -> tuple[Sheet, np.ndarray]:
     ab, bc, ca = middle.T
     faces = np.concatenate([np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
     between = np.concatenate([np.repeat(np.arange(count)[:, None], 2, axis=1), edges])
-    return Sheet(material_m=sheet.material_m[between].mean(1), faces=faces), between
+    return replace(sheet, material_m=sheet.material_m[between].mean(1), faces=faces), between
 
 
-def place_on(sheet: Sheet, point_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def place_on(sheet: Sheet, point_m: np.ndarray, names: Sequence[str] | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Face (n,) and barycentric coordinates (n, 3) of points in material coordinates (n, 2).
+
+    `names`, one for each point, begin the message of an error.
 
     Raises:
         BadInput: a point lies off the sheet by more than 1 % of a face.
@@ -237,6 +243,9 @@ def place_on(sheet: Sheet, point_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     chosen = weights[rows, best]
     if (chosen.min(1) < -0.01).any():
         row = int(chosen.min(1).argmin())
-        raise BadInput(f"point {row} at {point_m[row]} m lies off the sheet")
+        raise BadInput(
+            f"{names[row] if names else f'point {row}'} at {point_m[row].tolist()} m of the cloth lies off the sheet; correct its face "
+            "and weights, or remesh: faces beside each other may not differ much in size"
+        )
     chosen = np.clip(chosen, 0, None)
     return near[rows, best], chosen / chosen.sum(1, keepdims=True)

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from sim1.cloth.precise.arrays import Net
 from sim1.cloth.precise.drives import drive_pose, late
 from sim1.cloth.precise.held_places import held_places
-from sim1.cloth.precise.material import marker_points, sheet_of
-from sim1.cloth.precise.mesh import Sheet, narrow, place_on, refined, reordered
+from sim1.cloth.precise.material import marker_points, markers_on, sheet_of
+from sim1.cloth.precise.mesh import Sheet, narrow, refined, reordered
 from sim1.cloth.precise.start import start_of
 from sim1.cloth.precise.world import World
 from sim1.recording.bundle import Bundle, Hold, Recording
@@ -78,7 +78,6 @@ def prepare(
         BadInput: the recording cannot be simulated; names what is missing.
     """
     sheet = sheet_of(bundle)
-    points = marker_points(bundle)
     parents = [np.repeat(np.arange(len(sheet.material_m))[:, None], 2, axis=1)]
     for _ in range(finer):
         sheet, between = refined(sheet)
@@ -106,7 +105,7 @@ def prepare(
                 index=held_in.keys.index(key),
             )
         )
-    face, weight = place_on(sheet, points)
+    face, weight = markers_on(bundle, sheet)
     stencils, stars = sheet.stencils, [part.astype(np.int64) for part in sheet.stars]
     held = np.concatenate([grip.vertices for grip in grips]) if grips else np.zeros(0, int)
     owner = np.concatenate([np.full(len(grip.vertices), k) for k, grip in enumerate(grips)]) if grips else held
@@ -128,7 +127,7 @@ def prepare(
         marker_node=sheet.faces[face].astype(np.int64),
         marker_weight=np.ascontiguousarray(weight),
     )
-    shape, velocity = start_of(bundle, recording, points, sheet)
+    shape, velocity = start_of(bundle, recording, marker_points(bundle), sheet)
     return Scene(
         name=recording.name,
         sheet=sheet,

@@ -1,5 +1,7 @@
 """How the sheet lies when a recording starts, as its markers tell."""
 
+from pathlib import Path
+
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 
@@ -23,15 +25,15 @@ def start_of(
         BadInput: too few markers are seen at the start, or all on one line.
     """
     if recording.starts == "rest":
-        shape, velocity = resting_shape(recording, points_m, sheet), None
+        shape, velocity = resting_shape(bundle, recording, points_m, sheet), None
     else:
-        shape, velocity = _moving(recording, points_m, sheet)
+        shape, velocity = _moving(bundle, recording, points_m, sheet)
     if bundle.environment.table is not None:
         shape[:, 2] = np.maximum(shape[:, 2], table_z(bundle))
     return shape, velocity
 
 
-def resting_shape(recording: Recording, points_m: np.ndarray, sheet: Sheet) -> np.ndarray:
+def resting_shape(bundle: Bundle, recording: Recording, points_m: np.ndarray, sheet: Sheet) -> np.ndarray:
     """Shape (V, 3) of a recording that starts at rest: medians of its markers until anything moves, spread over the mesh.
 
     Raises:
@@ -46,11 +48,11 @@ def resting_shape(recording: Recording, points_m: np.ndarray, sheet: Sheet) -> n
         seen = seen[np.isfinite(seen[:, 0])]
         if len(seen):
             median[m] = np.median(seen, axis=0)
-    place = f"{_path(recording)}: at rest, until {min(until, recording.time_s[-1]):.3f} s,"
+    place = f"{_path(bundle, recording)}: at rest, until {min(until, recording.time_s[-1]):.3f} s,"
     return spread_over(points_m, median, sheet.material_m, place)
 
 
-def _moving(recording: Recording, points_m: np.ndarray, sheet: Sheet) -> tuple[np.ndarray, np.ndarray]:
+def _moving(bundle: Bundle, recording: Recording, points_m: np.ndarray, sheet: Sheet) -> tuple[np.ndarray, np.ndarray]:
     """Shape and velocity (V, 3) at the first frame, from paths fitted to each marker's first frames."""
     rows = recording.time_s <= recording.time_s[0] + START_S
     rows[:FEWEST_FRAMES] = True  # of slow cameras
@@ -62,13 +64,13 @@ def _moving(recording: Recording, points_m: np.ndarray, sheet: Sheet) -> tuple[n
             degree = 2 if seen.sum() >= FEWEST_CURVED else 1
             fit = np.polyfit(time[seen], recording.markers_m[rows, m][seen], degree)
             places[m], speeds[m] = fit[-1], fit[-2]
-    place = f"{_path(recording)}: in {FEWEST_FRAMES} or more of the first {len(time)} frames"
+    place = f"{_path(bundle, recording)}: in {FEWEST_FRAMES} or more of the first {len(time)} frames"
     shape, velocity = (spread_over(points_m, part, sheet.material_m, place) for part in (places, speeds))
     return shape, velocity
 
 
-def _path(recording: Recording) -> str:
-    return f"recordings/{recording.name}/markers.parquet"
+def _path(bundle: Bundle, recording: Recording) -> Path:
+    return bundle.folder / "recordings" / recording.name / "markers.parquet"
 
 
 def spread_over(points_m: np.ndarray, values: np.ndarray, at_m: np.ndarray, place: str) -> np.ndarray:
