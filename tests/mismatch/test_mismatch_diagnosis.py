@@ -1,5 +1,4 @@
 import json
-import signal
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +14,6 @@ from sim1.mismatch.diagnose import diagnose
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.findings import run_diagnosis
 from sim1.mismatch.forces_file import read_forces
-from sim1.mismatch.patience import Patience
 from sim1.mismatch.predict import predict_files
 from sim1.mismatch.summary import read_summary
 from sim1.mismatch.thresholds import THRESHOLDS
@@ -160,28 +158,6 @@ def test_what_cannot_be_simulated_after_the_search_is_told_and_the_rest_of_the_d
         assert "no next state at 0.700 s" in remark
         assert remark in page
     assert set(read_forces(tmp_path / "out" / "forces.npz")) == {"swing_1"}
-
-
-@pytest.fixture
-def default_interrupts():
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-def test_the_first_interrupt_ends_the_search_and_the_second_the_program(default_interrupts):
-    patience = Patience()
-
-    def interrupted_twice():
-        with patience.interruptible():
-            assert not patience.over
-            signal.raise_signal(signal.SIGINT)
-            assert patience.over
-            signal.raise_signal(signal.SIGINT)
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted_twice()
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_one_recording_is_no_diagnosis():
