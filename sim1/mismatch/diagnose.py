@@ -10,7 +10,7 @@ from sim1.mismatch.borne_out import parts_of
 from sim1.mismatch.contest import contest
 from sim1.mismatch.decide import rating
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import Tempers
+from sim1.mismatch.fit import Fit, Tempers
 from sim1.mismatch.foretold import ByTerms, Foretold, foretold_by
 from sim1.mismatch.heldout import held_out, rmse_of
 from sim1.mismatch.judging import judge
@@ -71,11 +71,13 @@ def diagnose(
     thresholds: Thresholds = THRESHOLDS,
     progress: Callable[[float, str], None] = lambda s, w: None,
     patience: Patience | None = None,
+    calibrated: Callable[[Fit], None] = lambda base: None,
     kind: type[Engine] = Engine,
 ) -> Diagnosis:
     """Diagnose a bundle; what is known when `patience` ends is reported.
 
-    `kind`: of engine, for those that leave something out to learn what it is worth.
+    `calibrated` is told the baseline as soon as it is calibrated: it may yet be fitted further. `kind`: of engine, for those that leave
+    something out to learn what it is worth.
 
     Raises:
         BadInput: fewer than two recordings.
@@ -85,15 +87,26 @@ def diagnose(
             f"bundle.yaml: {len(bundle.recordings)} recording; a diagnosis needs two or more, one of them to test what the others taught"
         )
     with kind(bundle, patience=patience) as engine:
-        return _diagnose(engine, bundle, thresholds, progress)
+        return _diagnose(engine, bundle, thresholds, progress, calibrated)
 
 
 def _diagnose(
-    engine: Engine, bundle: Bundle, thresholds: Thresholds, progress: Callable[[float, str], None]
+    engine: Engine,
+    bundle: Bundle,
+    thresholds: Thresholds,
+    progress: Callable[[float, str], None],
+    calibrated: Callable[[Fit], None],
 ) -> Diagnosis:
     heldout = (held_out(bundle),)
     fitted = tuple(name for name in engine.names if name not in heldout)
-    found = contest(engine, baseline(bundle), fitted, thresholds, lambda s, what: progress(0.02 + 0.78 * s, what))
+    found = contest(
+        engine,
+        baseline(bundle),
+        fitted,
+        thresholds,
+        lambda share, what: progress(0.02 + 0.78 * share, what),
+        calibrated,
+    )
     delays, stopped = delays_measured(bundle), engine.patience.over
     progress(0.8, "checking on motion held out")
     judged = judge(engine, found.pool, heldout, thresholds, delays, stopped=stopped)
