@@ -17,7 +17,7 @@ from sim1.mismatch.judging import judge
 from sim1.mismatch.models import Model
 from sim1.mismatch.noise import frame_noise
 from sim1.mismatch.patience import Patience
-from sim1.mismatch.remarks import had_a_say, not_asked, not_foretold, not_set_apart
+from sim1.mismatch.remarks import not_asked, not_foretold, not_set_apart, vote
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
@@ -153,7 +153,7 @@ def _diagnose(
         located=located,
         remarks=(
             *([noise.remark] if noise.remark else []),
-            *had_a_say(heldout, judged.spoken_for, judged.withdrawn),
+            vote(heldout, judged),
             *not_foretold(foretold),
             *(not_asked(terms, why) for terms, why in judged.heard.unasked.items()),
             *(not_set_apart(name) for name, error_m in without_m.items() if error_m is None),
