@@ -56,6 +56,13 @@ class Shown(Strict):
     least: float | None  # None: at no strength that can be foretold
 
 
+class Undecided(Strict):
+    """What a diagnosis leaves open."""
+
+    what: str
+    record: str  # that would settle it
+
+
 class Prices(Strict):
     """What a name has to gain in nats, to explain and to foretell."""
 
