@@ -11,6 +11,7 @@ from sim1.mismatch.strict_json import write_json
 from sim1.mismatch.verdict import in_mm
 from sim1.progress import report
 from sim1.recording.bundle import read_bundle
+from sim1.recording.examination import cannot_tell
 from sim1.recording.sufficient import require_for_diagnosis
 from sim1.stage import Facts
 
@@ -26,8 +27,9 @@ def write_calibrated(bundle: Path, out: Path, simulate_with: str) -> Facts:
     """
     given = read_bundle(bundle)
     require_for_diagnosis(given)
+    untold = cannot_tell(given)
     found = diagnose(given, progress=lambda share, what: report(share, 1.0, what))
-    verdict, summary = verdict_of(given, found), summary_of(found)
+    verdict, summary = verdict_of(given, found), summary_of(found, untold)
     model = physics_of(given, found.chosen.fit)
     baseline = physics_of(given, found.baseline.fit)
     prior = nominal_from_priors({name: vars(getattr(given.prior, name)) for name in type(given.prior).model_fields})

@@ -2,7 +2,7 @@
 
 import math
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from sim1.mismatch.destination import writable_folder, write_whole
 from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.excess import on_table, worst
-from sim1.mismatch.experiments import next_experiment
+from sim1.mismatch.experiments import left_open, next_experiment
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
 from sim1.mismatch.fit import Fit, promised
 from sim1.mismatch.forces_file import write_forces
@@ -24,11 +24,13 @@ from sim1.mismatch.page import write_page
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.ranked import joined, ranked
 from sim1.mismatch.strict_json import write_json
-from sim1.mismatch.summary import SCHEMA, Prices, Summary
+from sim1.mismatch.summary import SCHEMA, Prices, Summary, Undecided
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 from sim1.mismatch.uncertainty import deviations
 from sim1.mismatch.verdict import Verdict, in_mm
 from sim1.recording.bundle import Bundle, read_bundle
+from sim1.recording.examination import cannot_tell
+from sim1.recording.rules import Statement
 from sim1.recording.sufficient import require_for_diagnosis
 
 FILES = ("model.yaml", "baseline.yaml", "summary.json", "forces.npz", "verdict.json", "report.html")  # of a diagnosis
@@ -53,7 +55,7 @@ def run_diagnosis(
     given = read_bundle(bundle)
     require_for_diagnosis(given)
     writable_folder(out)
-    patience = Patience(budget_s)
+    patience, untold = Patience(budget_s), cannot_tell(given)
 
     def keep(base: Fit) -> None:
         for name in FILES:
@@ -65,7 +67,7 @@ def run_diagnosis(
         progress(0.97, "writing the report")
         write_whole(out / "model.yaml", lambda path: write_physics(path, physics_of(given, found.chosen.fit)))
         write_whole(out / "baseline.yaml", lambda path: write_physics(path, physics_of(given, found.baseline.fit)))
-        verdict, summary = verdict_of(given, found), summary_of(found)
+        verdict, summary = verdict_of(given, found), summary_of(found, untold)
         write_whole(out / "summary.json", lambda path: write_json(path, summary))
         write_whole(out / "forces.npz", lambda path: write_forces(path, found.located.forces))
         write_whole(out / "verdict.json", lambda path: write_json(path, verdict))
@@ -194,8 +196,9 @@ def sentence(found: Diagnosis) -> str:
     return f"Something was left out that no known effect explains: {before} on held-out motion{nearest}."
 
 
-def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary:
-    """What the page says beyond the verdict."""
+def summary_of(found: Diagnosis, untold: Sequence[Statement], thresholds: Thresholds = THRESHOLDS) -> Summary:
+    """What the page says beyond the verdict; `untold`: what recordings like these cannot tell (`examination.cannot_tell`)."""
+    left = left_open(found)
     return Summary.model_validate(
         {
             "schema": SCHEMA,
@@ -218,6 +221,10 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
             "estimates": _parameters(found),
             "effects": found.chosen.terms,
             "detectable": [vars(row) for row in detectable(found.screened, thresholds)],
+            "undecided": [
+                *([left] if left else []),
+                *(Undecided(what=said.text, record=said.record) for said in untold),
+            ],
         }
     )
 

@@ -99,6 +99,7 @@ class Summary(Strict):
     estimates: tuple[Estimate, ...]
     effects: tuple[str, ...]  # of the chosen model
     detectable: tuple[Shown, ...]
+    undecided: tuple[Undecided, ...] = ()  # what the verdict leaves open, then what recordings like these cannot tell
 
 
 def read_summary(path: Path) -> Summary:

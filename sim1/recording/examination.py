@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from sim1.recording.bundle import examine_bundle
+from sim1.recording.bundle import Bundle, examine_bundle
 from sim1.recording.figures import RecordingFigures, measure
 from sim1.recording.overall import Overall, overall
 from sim1.recording.problems import Several
@@ -66,6 +66,12 @@ def examine(folder: Path) -> Examination:
         figures=figures,
         statements=tuple(statements(figures, RULES)),
     )
+
+
+def cannot_tell(bundle: Bundle) -> tuple[Statement, ...]:
+    """What the recordings of a bundle cannot tell, and what to record for it."""
+    figures = overall(bundle, [measure(bundle, recording) for recording in bundle.recordings])
+    return tuple(said for said in statements(figures, RULES) if not said.can)
 
 
 def _row(figures: RecordingFigures) -> dict[str, Any]:

@@ -53,7 +53,9 @@ def test_the_files_read_back_and_the_page_says_the_verdict(dragged):
     assert json.loads((out / "verdict.json").read_text())["schema"] == "sim1.verdict/1"
     assert [effect["name"] for effect in read_physics(out / "model.yaml").effects] == ["air_drag"]
     assert read_physics(out / "baseline.yaml").effects == ()
-    assert "air_drag" in (out / "report.html").read_text()
+    page = (out / "report.html").read_text()
+    assert "<strong>air_drag</strong>" in page
+    assert all(remark in page for remark in verdict.remarks)
     assert read_summary(out / "summary.json").ranking[0].name == "air_drag"
     forces = read_forces(out / "forces.npz")
     assert set(forces) == {"swing_0", "swing_1", "swing_2"}
