@@ -7,18 +7,21 @@ from sim1.cloth.physics import nominal_from_priors, write_physics
 from sim1.mismatch.diagnose import diagnose
 from sim1.mismatch.findings import draw_pictures, summary_of, verdict_of
 from sim1.mismatch.model_file import physics_of
+from sim1.mismatch.patience import Patience
 from sim1.mismatch.strict_json import write_json
 from sim1.mismatch.verdict import in_mm
 from sim1.progress import report
 from sim1.recording.bundle import read_bundle
+from sim1.recording.examination import cannot_tell
 from sim1.recording.sufficient import require_for_diagnosis
 from sim1.stage import Facts
 
 
-def write_calibrated(bundle: Path, out: Path, simulate_with: str) -> Facts:
-    """Diagnose a bundle and write what was found.
+def write_calibrated(bundle: Path, out: Path, simulate_with: str, budget_s: float | None = None) -> Facts:
+    """Diagnose a bundle and write what was found, when `budget_s` is used up what is known by then.
 
     `simulate_with` says what the cell simulates: `model`, `baseline` (calibrated, without what was named) or `prior`.
+    An interrupt ends it without an artifact: one of half a search would be taken for made.
 
     Raises:
         BadInput: the bundle is damaged or cannot support a diagnosis.
@@ -26,8 +29,9 @@ def write_calibrated(bundle: Path, out: Path, simulate_with: str) -> Facts:
     """
     given = read_bundle(bundle)
     require_for_diagnosis(given)
-    found = diagnose(given, progress=lambda share, what: report(share, 1.0, what))
-    verdict, summary = verdict_of(given, found), summary_of(found)
+    patience, untold = Patience(budget_s), cannot_tell(given)
+    found = diagnose(given, progress=lambda share, what: report(share, 1.0, what), patience=patience)
+    verdict, summary = verdict_of(given, found), summary_of(found, untold)
     model = physics_of(given, found.chosen.fit)
     baseline = physics_of(given, found.baseline.fit)
     prior = nominal_from_priors({name: vars(getattr(given.prior, name)) for name in type(given.prior).model_fields})

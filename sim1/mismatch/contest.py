@@ -40,12 +40,18 @@ class Contest:
 
 
 def contest(
-    engine: Engine, plain: Unknowns, names: tuple[str, ...], thresholds: Thresholds, progress: Progress
+    engine: Engine,
+    plain: Unknowns,
+    names: tuple[str, ...],
+    thresholds: Thresholds,
+    progress: Progress,
+    calibrated: Callable[[Fit], None],
 ) -> Contest:
-    """Calibrate the baseline `plain` on the recordings `names` and try what could be missing from it."""
+    """Calibrate the baseline `plain` on the recordings `names`, tell it to `calibrated`, and try what could be missing from it."""
     what = "calibrating the baseline"
     progress(0.0, what)
     base = calibrate(engine, plain, np.zeros(plain.count), names, lambda share: progress(0.4 * share, what))
+    calibrated(base)
     found = with_one_effect(engine, base, names, thresholds, lambda s, n: progress(0.4 + 0.3 * s, f"trying {n}"))
     if _promising(engine, found, thresholds):
         progress(0.7, "fitting the best again")

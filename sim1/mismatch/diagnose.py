@@ -10,14 +10,14 @@ from sim1.mismatch.borne_out import parts_of
 from sim1.mismatch.contest import contest
 from sim1.mismatch.decide import rating
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.fit import Tempers
+from sim1.mismatch.fit import Fit, Tempers
 from sim1.mismatch.foretold import ByTerms, Foretold, foretold_by
 from sim1.mismatch.heldout import held_out, rmse_of
 from sim1.mismatch.judging import judge
 from sim1.mismatch.models import Model
 from sim1.mismatch.noise import frame_noise
 from sim1.mismatch.patience import Patience
-from sim1.mismatch.remarks import had_a_say, not_asked, not_foretold, not_set_apart
+from sim1.mismatch.remarks import not_asked, not_foretold, not_set_apart, vote
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
@@ -71,11 +71,13 @@ def diagnose(
     thresholds: Thresholds = THRESHOLDS,
     progress: Callable[[float, str], None] = lambda s, w: None,
     patience: Patience | None = None,
+    calibrated: Callable[[Fit], None] = lambda base: None,
     kind: type[Engine] = Engine,
 ) -> Diagnosis:
     """Diagnose a bundle; what is known when `patience` ends is reported.
 
-    `kind`: of engine, for those that leave something out to learn what it is worth.
+    `calibrated` is told the baseline as soon as it is calibrated: it may yet be fitted further. `kind`: of engine, for those that leave
+    something out to learn what it is worth.
 
     Raises:
         BadInput: fewer than two recordings.
@@ -85,15 +87,26 @@ def diagnose(
             f"{bundle.folder / 'bundle.yaml'}: {len(bundle.recordings)} recording; a diagnosis needs two or more, one of them to test what the others taught"
         )
     with kind(bundle, patience=patience) as engine:
-        return _diagnose(engine, bundle, thresholds, progress)
+        return _diagnose(engine, bundle, thresholds, progress, calibrated)
 
 
 def _diagnose(
-    engine: Engine, bundle: Bundle, thresholds: Thresholds, progress: Callable[[float, str], None]
+    engine: Engine,
+    bundle: Bundle,
+    thresholds: Thresholds,
+    progress: Callable[[float, str], None],
+    calibrated: Callable[[Fit], None],
 ) -> Diagnosis:
     heldout = (held_out(bundle),)
     fitted = tuple(name for name in engine.names if name not in heldout)
-    found = contest(engine, baseline(bundle), fitted, thresholds, lambda s, what: progress(0.02 + 0.78 * s, what))
+    found = contest(
+        engine,
+        baseline(bundle),
+        fitted,
+        thresholds,
+        lambda share, what: progress(0.02 + 0.78 * share, what),
+        calibrated,
+    )
     delays, stopped = delays_measured(bundle), engine.patience.over
     progress(0.8, "checking on motion held out")
     judged = judge(engine, found.pool, heldout, thresholds, delays, stopped=stopped)
@@ -140,7 +153,7 @@ def _diagnose(
         located=located,
         remarks=(
             *([noise.remark] if noise.remark else []),
-            *had_a_say(heldout, judged.spoken_for, judged.withdrawn),
+            vote(heldout, judged),
             *not_foretold(foretold),
             *(not_asked(terms, why) for terms, why in judged.heard.unasked.items()),
             *(not_set_apart(name) for name, error_m in without_m.items() if error_m is None),

@@ -17,7 +17,12 @@ def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> 
 
 def worst(fit: Fit) -> float:
     """Mean squared residual of the recording with the largest."""
-    return max(mean_square(fit, (name,)) for name in fit.names)
+    return mean_square(fit, (worst_recording(fit),))
+
+
+def worst_recording(fit: Fit) -> str:
+    """The recording with the largest mean squared residual."""
+    return max(fit.names, key=lambda name: mean_square(fit, (name,)))
 
 
 def on_table(fit: Fit) -> bool:

@@ -1,47 +1,66 @@
 """Which recording would settle what a verdict leaves open, or put a name to the test that others can imitate."""
 
+from sim1.mismatch.apart import apart
+from sim1.mismatch.decide import rating
 from sim1.mismatch.diagnose import Diagnosis
+from sim1.mismatch.excess import mean_square, worst_recording
+from sim1.mismatch.models import Model
 from sim1.mismatch.ranked import joined
+from sim1.mismatch.summary import Undecided
 from sim1.mismatch.thresholds import THRESHOLDS
-
-SEPARATING = {  # the recording that tells two explanations apart
-    frozenset(
-        ("air_drag", "added_mass")
-    ): "swing at two amplitudes with the same period: drag grows with the square of the speed, carried air with the acceleration",
-    frozenset(
-        ("air_drag", "wind")
-    ): "hang the cloth still, then turn the rig by 90 degrees: a stream pushes at rest too",
-    frozenset(
-        ("clock_offset", "actuator_lag")
-    ): "stop suddenly and let the cloth swing free for 2 s: an offset shifts the free swing, a lag does not",
-    frozenset(("grip_slip", "grip_compliance")): "pull and let go: what slipped does not come back",
-    frozenset(
-        ("frame_offset", "gravity_tilt")
-    ): "turn the rig by 180 degrees about the vertical at rest: a tilt turns with the room, an offset with the camera",
-    frozenset(
-        ("stiff_region", "heavy_region")
-    ): "swing slowly and fast: weight shows at rest, stiffness where the cloth folds",
-}
-TESTING = {  # a name that physics outside of the table was taken for, and the recording that would show it
-    "gravity_tilt": "hang a plumb line beside the rig: a tilt pulls it, too, a static charge or a magnet does not",
-    "heavy_region": "weigh the cloth, and film the same motion again an hour later: water dries, a weight stays",
-    "plastic_crease": "lay the cloth flat, and film the same motion again an hour later: a crease stays, creep comes back",
-    "wind": "film the same motion with the rig half a metre aside: a stream is the same there, a jet is not",
-}
+from sim1.mismatch.varied import SEPARATING, TESTING, VARIED
 
 
 def next_experiment(found: Diagnosis) -> str:
     """One sentence: what to record next."""
+    left = left_open(found)
+    return left.record if left else "none needed for this difference"
+
+
+def left_open(found: Diagnosis) -> Undecided | None:
+    """What the verdict itself leaves open and what would settle it; None: nothing."""
     if found.stopped:
-        return "the search was stopped before all was tried: diagnose again with more time"
-    names = list(found.chosen.terms) + [name for rival in found.rivals for name in rival.terms]
-    for one in names:
-        for other in names:
-            if frozenset((one, other)) in SEPARATING:
-                return SEPARATING[frozenset((one, other))]
-    if found.verdict == "unknown" or found.misfit["chosen"] > THRESHOLDS.misfit:
-        return "repeat the worst motion slower, and once held still after it: what vanishes tells speed from stiffness and slip"
+        return Undecided(
+            what="what was not tried",
+            record="the search was stopped before all was tried: diagnose again with more time",
+        )
     if found.verdict == "ambiguous":
-        return f"repeat the motion in which {joined(found.chosen)} and {joined(found.rivals[0])} differ most, at another speed"
-    tests = [TESTING[name] for name in found.chosen.terms if name in TESTING]
-    return f"none needed; to be sure, {tests[0]}" if tests else "none needed for this difference"
+        return _of_two(found.chosen, min(found.rivals, key=rating))
+    if found.verdict == "unknown" or found.misfit["chosen"] > THRESHOLDS.misfit:
+        return _of_what_is_left(found.chosen)
+    tests = [(name, TESTING[name]) for name in found.chosen.terms if name in TESTING]
+    if not tests:
+        return None
+    name, test = tests[0]
+    return Undecided(what=f"whether it is {name}, which others can imitate", record=f"none needed; to be sure, {test}")
+
+
+def _of_two(chosen: Model, rival: Model) -> Undecided:
+    """The chosen model and its closest rival: the recording in which they differ most, and what to vary in it."""
+    first, *others = apart(chosen.fit, rival.fit)
+    elsewhere = ", ".join(f"{row.noises:.2g} in {row.recording}" for row in others)
+    return Undecided(
+        what=f"whether it is {joined(chosen)} or {joined(rival)}",
+        record=f"repeat {first.recording}, in which {joined(chosen)} and {joined(rival)} differ most ({first.noises:.2g} times noise and mesh "
+        f"error{f'; {elsewhere}' if others else ''}), and vary it: {_varied(chosen, rival)}",
+    )
+
+
+def _varied(chosen: Model, rival: Model) -> str:
+    """What tells the effects that one of the two models has from those that the other has."""
+    own = [name for name in chosen.terms if name not in rival.terms]
+    other = [name for name in rival.terms if name not in chosen.terms]
+    pairs = [frozenset((one, two)) for one in own for two in other]
+    known = [SEPARATING[pair] for pair in pairs if pair in SEPARATING]
+    return "; ".join(known or [VARIED[name] for name in (*own, *other)])
+
+
+def _of_what_is_left(chosen: Model) -> Undecided:
+    """What no effect explains: the recording in which most of it is left."""
+    name = worst_recording(chosen.fit)
+    left = mean_square(chosen.fit, (name,))
+    return Undecided(
+        what=f"what is left beside {joined(chosen)}",
+        record=f"repeat {name}, which is explained worst (mean square {left:.1f} times what noise and mesh explain), slower, and once held still "
+        "after it: what vanishes tells speed from stiffness and slip",
+    )

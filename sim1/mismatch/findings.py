@@ -1,9 +1,8 @@
 """A diagnosis as files: `verdict.json`, `summary.json`, `model.yaml`, `baseline.yaml`, `forces.npz`, `report.html`."""
 
 import math
-import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +10,13 @@ import numpy as np
 
 from sim1.cloth.physics import write_physics
 from sim1.mismatch.decide import null_of, rating, steady, worth, worth_over
+from sim1.mismatch.destination import writable_folder, write_whole
 from sim1.mismatch.detectable import detectable
 from sim1.mismatch.diagnose import Diagnosis, diagnose
 from sim1.mismatch.excess import on_table, worst
-from sim1.mismatch.experiments import next_experiment
+from sim1.mismatch.experiments import left_open, next_experiment
 from sim1.mismatch.finding_pictures import draw_forces, draw_heldout_error, draw_key_frames
-from sim1.mismatch.fit import promised
+from sim1.mismatch.fit import Fit, promised
 from sim1.mismatch.forces_file import write_forces
 from sim1.mismatch.model_file import effect_entry, interval, physics_of
 from sim1.mismatch.models import Model
@@ -24,14 +24,17 @@ from sim1.mismatch.page import write_page
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.ranked import joined, ranked
 from sim1.mismatch.strict_json import write_json
-from sim1.mismatch.summary import SCHEMA, Prices, Summary
+from sim1.mismatch.summary import SCHEMA, Prices, Summary, Undecided
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 from sim1.mismatch.uncertainty import deviations
 from sim1.mismatch.verdict import Verdict, in_mm
 from sim1.recording.bundle import Bundle, read_bundle
+from sim1.recording.examination import cannot_tell
+from sim1.recording.rules import Statement
 from sim1.recording.sufficient import require_for_diagnosis
 from sim1.recording.unspread import unspread
 
+FILES = ("model.yaml", "baseline.yaml", "summary.json", "forces.npz", "verdict.json", "report.html")  # of a diagnosis
 LOST = "it promised something, and no simulation with it found its way from rest to the end: not judged"
 EASED = 4.0  # by which scores are divided before they are called odds
 LEFT_NATS, LEFT_SHARE = 3.0, 0.02  # that a search may leave; the share is of what the verdict rests on
@@ -42,35 +45,38 @@ def run_diagnosis(
 ) -> Verdict:
     """`sim1 diagnose`: read, diagnose, write into `out` (made if missing).
 
-    When `budget_s` is used up, or at Ctrl-C, what is known by then is written.
+    When `budget_s` is used up, or at Ctrl-C or `kill`, what is known by then is written. `baseline.yaml` is there as soon as the baseline
+    is calibrated, in place of all that an earlier diagnosis left in `out`: what ends badly after that leaves no verdict of another bundle.
 
     Raises:
-        BadInput: the bundle is damaged or cannot support a diagnosis.
+        BadInput: the bundle is damaged or cannot support a diagnosis, or `out` cannot be written to.
+        NotConverged: a recording that the baseline cannot follow.
+        OSError: a file cannot be written after all.
     """
     given = read_bundle(bundle)
     require_for_diagnosis(given)
-    patience = Patience(budget_s)
+    writable_folder(out)
+    patience, untold = Patience(budget_s), cannot_tell(given)
+
+    def keep(base: Fit) -> None:
+        for name in FILES:
+            (out / name).unlink(missing_ok=True)
+        write_whole(out / "baseline.yaml", lambda path: write_physics(path, physics_of(given, base)))
+
     with patience.interruptible():
-        found = diagnose(given, progress=progress, patience=patience)
-    progress(0.97, "writing the report")
-    out.mkdir(parents=True, exist_ok=True)
-    _whole(out / "model.yaml", lambda path: write_physics(path, physics_of(given, found.chosen.fit)))
-    _whole(out / "baseline.yaml", lambda path: write_physics(path, physics_of(given, found.baseline.fit)))
-    verdict, summary = verdict_of(given, found), summary_of(found)
-    _whole(out / "summary.json", lambda path: write_json(path, summary))
-    _whole(out / "forces.npz", lambda path: write_forces(path, found.located.forces))
-    _whole(out / "verdict.json", lambda path: write_json(path, verdict))
-    with tempfile.TemporaryDirectory() as pictures:
-        draw_pictures(Path(pictures), given, found)
-        _whole(out / "report.html", lambda path: write_page(path, verdict, summary, Path(pictures)))
+        found = diagnose(given, progress=progress, patience=patience, calibrated=keep)
+        progress(0.97, "writing the report")
+        write_whole(out / "model.yaml", lambda path: write_physics(path, physics_of(given, found.chosen.fit)))
+        write_whole(out / "baseline.yaml", lambda path: write_physics(path, physics_of(given, found.baseline.fit)))
+        verdict, summary = verdict_of(given, found), summary_of(found, untold)
+        write_whole(out / "summary.json", lambda path: write_json(path, summary))
+        write_whole(out / "forces.npz", lambda path: write_forces(path, found.located.forces))
+        write_whole(out / "verdict.json", lambda path: write_json(path, verdict))
+        with tempfile.TemporaryDirectory() as pictures:
+            draw_pictures(Path(pictures), given, found)
+            write_whole(out / "report.html", lambda path: write_page(path, verdict, summary, Path(pictures)))
     progress(1.0, "done")
     return verdict
-
-
-def _whole(path: Path, write: Callable[[Path], None]) -> None:
-    part = path.with_name(path.name + ".part")
-    write(part)
-    os.replace(part, path)
 
 
 def verdict_of(bundle: Bundle, found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Verdict:
@@ -191,8 +197,9 @@ def sentence(found: Diagnosis) -> str:
     return f"Something was left out that no known effect explains: {before} on held-out motion{nearest}."
 
 
-def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary:
-    """What the page says beyond the verdict."""
+def summary_of(found: Diagnosis, untold: Sequence[Statement], thresholds: Thresholds = THRESHOLDS) -> Summary:
+    """What the page says beyond the verdict; `untold`: what recordings like these cannot tell (`examination.cannot_tell`)."""
+    left = left_open(found)
     return Summary.model_validate(
         {
             "schema": SCHEMA,
@@ -215,6 +222,10 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
             "estimates": _parameters(found),
             "effects": found.chosen.terms,
             "detectable": [vars(row) for row in detectable(found.screened, thresholds)],
+            "undecided": [
+                *([left] if left else []),
+                *(Undecided(what=said.text, record=said.record) for said in untold),
+            ],
         }
     )
 

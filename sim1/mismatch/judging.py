@@ -15,9 +15,19 @@ class Judgement:
     """A decision, and what motion held out has to do with it."""
 
     decision: Decision
-    named: Model  # what fits alone have it for; the baseline where they name nothing
+    by_fits: Decision  # what fits alone say
     heard: Heard
     hopeful: tuple[Model, ...]  # where fits name nothing: those that were asked, with what was heard added; else none
+
+    @property
+    def named(self) -> Model:
+        """What fits alone have it for; the baseline where they name nothing."""
+        return self.by_fits.chosen
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """Effects that motion held out was asked about, and that it could have taken back or spoken for."""
+        return tuple(sorted({name for terms in self.heard.residuals for name in terms}))
 
     @property
     def spoken_for(self) -> tuple[str, ...]:
@@ -52,7 +62,7 @@ def judge(
         asked = [] if stopped else hopeful(decision, pool, thresholds, measured)
         heard = hear(engine, null, asked, heldout)
         said = with_hopeful(decision, pool, heard, thresholds, measured)
-        return Judgement(decision=said, named=named, heard=heard, hopeful=tuple(heard_of(pool, heard)))
+        return Judgement(decision=said, by_fits=decision, heard=heard, hopeful=tuple(heard_of(pool, heard)))
     more = None if stopped else doubtful(decision, pool, thresholds)
     others = [] if stopped else [*parts_of(pool, more or named), *([more] if more else [])]
     if others:  # where one of them leads in the end and leaves too much, a delay that was measured does
@@ -61,4 +71,4 @@ def judge(
     heard = hear(engine, null, asked, heldout)
     said = with_doubtful(decision, more, pool, heard.against, thresholds, measured)
     said = borne_out(said, pool, heard.against, thresholds, measured)
-    return Judgement(decision=said, named=named, heard=heard, hopeful=())
+    return Judgement(decision=said, by_fits=decision, heard=heard, hopeful=())

@@ -23,7 +23,9 @@ def write_page(path: Path, verdict: Verdict, summary: Summary, pictures: Path, *
     ]
     loader = FileSystemLoader(Path(__file__).parent)
     surroundings = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    surroundings.filters["in_mm"] = in_mm
+    surroundings.filters |= {"in_mm": in_mm, "change": change}
+    # What the verdict tells as published is not told again as it was searched.
+    searched = {c.name for name in summary.effects for c in EFFECTS[name].coefficients}
     template = surroundings.get_template("diagnosis.html.jinja")
     path.write_text(
         template.render(
@@ -31,6 +33,14 @@ def write_page(path: Path, verdict: Verdict, summary: Summary, pictures: Path, *
             summary=summary,
             images=images,
             effects=[EFFECTS[name] for name in summary.effects],
+            baseline=[row for row in summary.estimates if row.name not in searched],
             stand_in=stand_in,
         )
     )
+
+
+def change(reduction: float | None) -> str:
+    """By what share of itself an error falls, as people read it."""
+    if reduction is None:
+        return "not known"
+    return f"{'falls' if reduction >= 0.0 else 'rises'} by {100 * abs(reduction):.0f} %"

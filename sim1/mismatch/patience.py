@@ -1,4 +1,4 @@
-"""How long a search may go on: a budget of time, and a person who interrupts it. What is known by then is still reported."""
+"""How long a search may go on: a budget of time, and whoever interrupts it. What is known by then is still reported."""
 
 import signal
 import threading
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 REPORT_S = 8.0  # for drawing and writing
+HEARD = (signal.SIGINT, signal.SIGTERM)  # a person's Ctrl-C; `kill`, and a batch system before it kills for good
 
 
 class Patience:
@@ -29,21 +30,25 @@ class Patience:
 
     @contextmanager
     def interruptible(self) -> Iterator[None]:
-        """Let Ctrl-C end the search instead of the program; a second one ends the program."""
+        """Let Ctrl-C or `kill` end the search instead of the program; a second one of either ends the program."""
         if threading.current_thread() is not threading.main_thread():
             yield  # only the main thread hears signals
             return
-        before = signal.getsignal(signal.SIGINT)
-        if before == signal.SIG_IGN:
-            yield  # whoever started the program wants it undisturbed
-            return
+        before = {number: signal.getsignal(number) for number in HEARD}
+        # What is ignored stays so: whoever started the program wants it undisturbed.
+        heard = {number: handler for number, handler in before.items() if handler != signal.SIG_IGN}
 
-        def hear(number, frame):
+        def as_before() -> None:
+            for number, handler in heard.items():
+                signal.signal(number, handler)
+
+        def hear(number, frame) -> None:
             self.interrupt()
-            signal.signal(signal.SIGINT, before)
+            as_before()
 
-        signal.signal(signal.SIGINT, hear)
+        for number in heard:
+            signal.signal(number, hear)
         try:
             yield
         finally:
-            signal.signal(signal.SIGINT, before)
+            as_before()

@@ -9,6 +9,7 @@ import pandas as pd
 from sim1.cloth.physics import ClothPhysics, read_physics
 from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import simulate
+from sim1.mismatch.destination import writable_file, write_whole
 from sim1.mismatch.engine import FINE_STEP_S, mesh_for
 from sim1.mismatch.model_file import with_grips, world_of
 from sim1.recording.bundle import Bundle, read_bundle
@@ -50,9 +51,14 @@ def predict(
 
 
 def predict_files(bundle: Path, model: Path, out: Path, progress: Callable[[float, str], None]) -> int:
-    """`sim1 predict`: writes `out` (parquet) and returns its rows."""
-    table = predict(read_bundle(bundle), read_physics(model), progress)
-    part = out.with_name(out.name + ".part")
-    table.to_parquet(part, index=False)
-    part.rename(out)
+    """`sim1 predict`: writes `out` (parquet), its folder made if missing, and returns its rows.
+
+    Raises:
+        BadInput: bundle or model are damaged, or `out` cannot be written.
+        NotConverged: a recording that cannot be simulated.
+    """
+    given, physics = read_bundle(bundle), read_physics(model)
+    writable_file(out)
+    table = predict(given, physics, progress)
+    write_whole(out, lambda part: table.to_parquet(part, index=False))
     return len(table)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from sim1.mismatch.foretold import Foretold
+from sim1.mismatch.judging import Judgement
 
 
 def not_foretold(foretold: dict[str, Foretold]) -> Iterator[str]:
@@ -24,9 +25,15 @@ def not_set_apart(name: str) -> str:
     return f"what {name} adds on motion held out is not known: no model without it was fitted and foretold to the end"
 
 
-def had_a_say(heldout: Sequence[str], spoken_for: Sequence[str], withdrawn: Sequence[str]) -> Iterator[str]:
-    """Where the recordings that no fit saw changed what is named: the error on them is then of a model that they helped to choose."""
-    where = ", ".join(heldout)
-    for names, did in ((spoken_for, "for"), (withdrawn, "against")):
-        if names:
-            yield f"{where}, which no fit saw, decided {did} {' and '.join(names)}: the error there is of a model that it helped to choose"
+def vote(heldout: Sequence[str], judged: Judgement) -> str:
+    """Whether the recordings that no fit saw had a vote on the verdict, and what became of it: what the error on them is worth."""
+    where = f"{', '.join(heldout)}, which no fit saw,"
+    sides = (("for", judged.spoken_for), ("against", judged.withdrawn))
+    decided = [f"{side} {' and '.join(names)}" for side, names in sides if names]
+    if not decided and judged.decision.verdict != judged.by_fits.verdict:
+        decided.append(f"for {judged.decision.verdict} in place of {judged.by_fits.verdict}")
+    if decided:
+        return f"{where} had a vote and decided {', '.join(decided)}: the error there is of a model that it helped to choose"
+    if judged.asked:
+        return f"{where} had a vote on {' and '.join(judged.asked)} and changed nothing: the error there is of a model that it could have changed"
+    return f"{where} had no vote: the error there is of a model that was chosen without it"

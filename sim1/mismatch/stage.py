@@ -1,7 +1,9 @@
 """Diagnose the cloth's recordings: calibrated physics, what the baseline leaves out, and a report of where, when and why."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+import pydantic
 
 from sim1.stage import BadInput, Facts, Finding, Inputs, only, stage_config
 
@@ -14,6 +16,8 @@ class CalibratedPhysicsConfig:
         "model"  # in the cell: all that was found and it can act, ...
     )
     # ... the calibrated baseline without what was named, or what was known before any recording: for comparison
+    # After which the search ends, and what is known by then is the artifact; None: as long as it takes.
+    budget_minutes: Annotated[float, pydantic.Field(ge=0.5)] | None = None
 
 
 def calibrated_physics(inputs: Inputs, out: Path, config: CalibratedPhysicsConfig) -> Facts:
@@ -28,7 +32,8 @@ def calibrated_physics(inputs: Inputs, out: Path, config: CalibratedPhysicsConfi
     """
     from sim1.mismatch.calibrated import write_calibrated
 
-    return write_calibrated(only(inputs, "recordings") / "bundle", out, config.simulate_with)
+    budget_s = None if config.budget_minutes is None else 60 * config.budget_minutes
+    return write_calibrated(only(inputs, "recordings") / "bundle", out, config.simulate_with, budget_s)
 
 
 def check_calibrated_physics(artifact: Path) -> list[Finding]:

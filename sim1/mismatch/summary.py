@@ -56,6 +56,13 @@ class Shown(Strict):
     least: float | None  # None: at no strength that can be foretold
 
 
+class Undecided(Strict):
+    """What a diagnosis leaves open."""
+
+    what: str
+    record: str  # that would settle it
+
+
 class Prices(Strict):
     """What a name has to gain in nats, to explain and to foretell."""
 
@@ -92,6 +99,7 @@ class Summary(Strict):
     estimates: tuple[Estimate, ...]
     effects: tuple[str, ...]  # of the chosen model
     detectable: tuple[Shown, ...]
+    undecided: tuple[Undecided, ...] = ()  # what the verdict leaves open, then what recordings like these cannot tell
 
 
 def read_summary(path: Path) -> Summary:

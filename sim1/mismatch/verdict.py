@@ -14,7 +14,7 @@ class Errors(Strict):
     """Root mean square per coordinate, m; None where no simulation follows one of the recordings to its end."""
 
     fit: pydantic.NonNegativeFloat | None
-    # On motion that no fit has seen; it does decide whether an effect is kept.
+    # On motion that no fit has seen; whether it had a vote on what is named, `remarks` says.
     heldout: pydantic.NonNegativeFloat | None
 
 

@@ -5,6 +5,7 @@ A recording always goes to the same process, which has its scenes ready and star
 
 import multiprocessing
 import os
+import signal
 from collections.abc import Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -53,6 +54,8 @@ _MOTIONS: dict[tuple[str, int, float, float], Motions] = {}
 
 def _begin(bundle: Bundle) -> None:
     behave_as_child()
+    # One to the whole group asks its parent to come to an end (`patience.py`), for which it is still needed.
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
     _BUNDLE[:] = [bundle]
 
 

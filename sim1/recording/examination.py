@@ -69,6 +69,12 @@ def examine(folder: Path) -> Examination:
     )
 
 
+def cannot_tell(bundle: Bundle) -> tuple[Statement, ...]:
+    """What the recordings of a bundle cannot tell, and what to record for it."""
+    figures = overall(bundle, [measure(bundle, recording) for recording in bundle.recordings])
+    return tuple(said for said in statements(figures, RULES) if not said.can)
+
+
 def _of_priors(bundle: Bundle) -> list[Statement]:
     """What is said of priors without a spread, or that nothing is wanting."""
     said = [

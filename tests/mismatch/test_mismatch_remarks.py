@@ -1,24 +1,53 @@
 """What a verdict says besides."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
+from sim1.mismatch.decide import Decision
 from sim1.mismatch.foretold import Foretold
-from sim1.mismatch.remarks import had_a_say, not_foretold
+from sim1.mismatch.judging import Judgement
+from sim1.mismatch.remarks import not_foretold, vote
+from sim1.mismatch.unfitted import NOTHING
 
 
-def test_motion_held_out_that_changed_nothing_has_had_no_say():
-    assert list(had_a_say(("swing_b",), (), ())) == []
+def said(verdict, *terms):
+    return Decision(verdict=verdict, null=None, chosen=SimpleNamespace(terms=terms), rivals=(), misfit={})
+
+
+def judged(by_fits, decision, *asked):
+    """A judgement for which motion held out was asked about models, each by its effects."""
+    residuals = {terms: {"swing_b": np.zeros(1)} for terms in ((), *asked)} if asked else {}
+    return Judgement(decision=decision, by_fits=by_fits, heard=replace(NOTHING, residuals=residuals), hopeful=())
+
+
+def test_motion_held_out_that_nothing_was_put_to_is_told_to_have_had_no_vote():
+    told = vote(("swing_b",), judged(said("none"), said("none")))
+    assert told == "swing_b, which no fit saw, had no vote: the error there is of a model that was chosen without it"
+
+
+def test_motion_held_out_that_was_asked_and_changed_nothing_is_told_to_have_had_a_vote():
+    named = said("named", "wind")
+    told = vote(("swing_b",), judged(named, named, ("wind",), ("added_mass", "wind")))
+    assert "had a vote on added_mass and wind and changed nothing" in told
+    assert told.endswith("the error there is of a model that it could have changed")
 
 
 @pytest.mark.parametrize(
-    ("spoken_for", "withdrawn", "said"),
-    [(("adhesion",), (), "decided for adhesion"), ((), ("wind", "added_mass"), "decided against wind and added_mass")],
+    ("by_fits", "decision", "decided"),
+    [
+        (said("named", "wind"), said("named", "adhesion", "wind"), "decided for adhesion"),
+        (said("named", "added_mass", "wind"), said("unknown"), "decided against added_mass and wind"),
+        (said("named", "wind"), said("named", "adhesion"), "decided for adhesion, against wind"),
+        (said("none"), said("unknown"), "decided for unknown in place of none"),
+    ],
 )
-def test_an_error_held_out_is_told_to_be_of_a_model_that_this_motion_helped_to_choose(spoken_for, withdrawn, said):
-    (remark,) = had_a_say(("swing_b",), spoken_for, withdrawn)
-    assert remark.startswith("swing_b, which no fit saw, ")
-    assert said in remark
-    assert remark.endswith("the error there is of a model that it helped to choose")
+def test_an_error_held_out_is_told_to_be_of_a_model_that_this_motion_helped_to_choose(by_fits, decision, decided):
+    told = vote(("swing_b",), judged(by_fits, decision, ("wind",)))
+    assert f"swing_b, which no fit saw, had a vote and {decided}: " in told
+    assert told.endswith("the error there is of a model that it helped to choose")
 
 
 def test_a_recording_that_no_simulation_follows_is_told_once_where_nothing_was_chosen():

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 from assets_defs._recordings import recordings as command
 from sim1.cloth.effects import EFFECTS
-from sim1.recording.bundle import write_bundle
-from sim1.recording.examination import examine
+from sim1.recording.bundle import read_bundle, write_bundle
+from sim1.recording.examination import cannot_tell, examine
 from sim1.recording.figures import measure
 from sim1.recording.rule_table import RULES
 from sim1.recording.rules import Rule, statements
@@ -32,6 +32,14 @@ def only(said, words):
     found = {text: can for text, can in said.items() if words in text}
     assert len(found) == 1, said
     return next(iter(found.items()))
+
+
+def test_what_a_diagnosis_lists_as_untold_is_what_the_check_says_cannot_be_told(tmp_path):
+    write_bundle(tmp_path / "b", board_bundle(swing("a"), swing("b")))
+    untold = cannot_tell(read_bundle(tmp_path / "b"))
+    assert untold
+    assert [said.text for said in untold] == [said.text for said in examine(tmp_path / "b").statements if not said.can]
+    assert all(said.record for said in untold)
 
 
 def test_noise_is_measured_where_the_cloth_rests():
