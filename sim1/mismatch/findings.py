@@ -214,6 +214,7 @@ def summary_of(found: Diagnosis, thresholds: Thresholds = THRESHOLDS) -> Summary
             "estimates": _parameters(found),
             "effects": found.chosen.terms,
             "detectable": [vars(row) for row in detectable(found.screened, thresholds)],
+            "states": [vars(row) for row in found.located.states],
         }
     )
 
