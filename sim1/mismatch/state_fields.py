@@ -1,7 +1,7 @@
 """The simplest force that each state of the sheet would make, up to factors: what a located force is set against.
 
-Two kinds. A force may follow a state: fields that point as it would. Or what it follows may push more strongly where a state is larger:
-the force as explained so far, times the state's rank among all markers and steps (-1 to 1; a crease is no thousand times a fold).
+Two kinds. A force may follow a state: fields that point as it would. Or a push in the room, or whatever else it follows, is stronger where a
+state is larger: times the state's rank among all markers and steps (-1 to 1; a crease is no thousand times a fold).
 """
 
 from collections.abc import Callable
@@ -34,7 +34,7 @@ def _power(velocity: np.ndarray, power: int) -> np.ndarray:
     return velocity * np.hypot(speed, SLOW_M_S) ** (power - 1)
 
 
-def _fixed(one: Forces, factor: np.ndarray) -> list[np.ndarray]:
+def fixed(one: Forces, factor: np.ndarray) -> list[np.ndarray]:
     """A push along each axis of the room, times a factor that may differ by step and marker."""
     size = np.broadcast_to(factor, one.force_n.shape[:2])[..., None]
     return [size * axis for axis in AXES]
@@ -51,7 +51,7 @@ def _acceleration(one: Forces) -> np.ndarray:
 
 def _even(one: Forces) -> list[np.ndarray]:
     square = (one.velocity_m_s**2).sum(-1)
-    return [*_fixed(one, square), square[..., None] * one.states.normal]
+    return [*fixed(one, square), square[..., None] * one.states.normal]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +84,7 @@ def _speed_laws(state: str, where: str, part: Callable[[Forces, np.ndarray], np.
 ROOM = Law(
     state="a direction in the room",
     words="pushes the same way in the room",
-    fields=lambda one: _fixed(one, np.ones(())),
+    fields=lambda one: fixed(one, np.ones(())),
 )
 LAWS = (
     ROOM,
@@ -115,11 +115,13 @@ LAWS = (
     Law(
         state="the curvature",
         words="pushes along the normal in proportion to the curvature",
+        vaguely="is another where the cloth is bent",
         fields=lambda one: [one.states.curvature_1_m[..., k, None] * one.states.normal for k in range(2)],
     ),
     Law(
         state="the strain",
         words="pulls along the threads in proportion to the strain",
+        vaguely="is another where the cloth is strained",
         fields=lambda one: [one.states.strain[..., k, None] * one.states.threads[:, :, k] for k in range(2)],
     ),
     Law(
@@ -143,31 +145,31 @@ class Strength:
     """A state with which a force may be stronger or weaker."""
 
     state: str
-    words: str  # {stronger}: or weaker, where there is more of the state
+    words: str  # where there is more of the state
     value: Callable[[Forces, Place], np.ndarray]  # (T, M)
 
 
 STRENGTHS = (
-    Strength(state=TABLE, words="is {stronger} on the table", value=lambda one, _: _touches(one).astype(float)),
-    Strength(state="the height", words="is {stronger} higher up", value=lambda one, _: one.path_m[..., 2]),
+    Strength(state=TABLE, words="on the table", value=lambda one, _: _touches(one).astype(float)),
+    Strength(state="the height", words="higher up", value=lambda one, _: one.path_m[..., 2]),
     Strength(
         state="the curvature",
-        words="is {stronger} where the cloth is bent more",
+        words="where the cloth is bent more",
         value=lambda one, _: np.linalg.norm(one.states.curvature_1_m, axis=-1),
     ),
     Strength(
         state="the strain",
-        words="is {stronger} where the cloth is strained more",
+        words="where the cloth is strained more",
         value=lambda one, _: np.linalg.norm(one.states.strain, axis=-1),
     ),
     Strength(
         state="the distance from the grips",
-        words="is {stronger} farther from the grips",
+        words="farther from the grips",
         value=lambda one, _: one.states.grip_m,
     ),
     Strength(
         state="the place on the cloth",
-        words="is {stronger} in one place of the cloth",
+        words="in one place of the cloth",
         value=lambda one, place: np.broadcast_to(place.astype(float), one.force_n.shape[:2]),
     ),
 )

@@ -9,8 +9,9 @@ from sim1.mismatch.state_fields import TABLE, Law, Strength
 def words_of(asked: Sequence[Asked]) -> str:
     """From all that a force was asked."""
     taken = [one for one in asked if one.found.taken]
-    parts = [f"it {_listed([_phrase(one) for one in taken], 'and')}" if taken else "no dependence on a state is shown"]
-    odd = [one.of.reverses for one in taken if isinstance(one.of, Law)]
+    odd = [isinstance(one.of, Law) and one.of.reverses for one in taken if one.follows]
+    phrases = [f"{_does(one)} ({100 * one.found.share:.0f} % of it)" for one in taken]
+    parts = [f"it {_listed(phrases, 'and')}" if taken else "no dependence on a state is shown"]
     if odd:
         parts.append(f"{'all' if all(odd) else 'a part' if any(odd) else 'none'} of that reverses with the motion")
     twins: dict[str, list[str]] = {}
@@ -31,13 +32,11 @@ def words_of(asked: Sequence[Asked]) -> str:
     return "; ".join(parts)
 
 
-def _phrase(one: Asked) -> str:
-    return f"{_does(one)} ({100 * one.found.share:.0f} % of it)"
-
-
 def _does(one: Asked) -> str:
     if isinstance(one.of, Strength):
-        return one.of.words.format(stronger="stronger" if one.factor > 0.0 else "weaker")
+        if not one.factor:
+            return f"pushes another way {one.of.words}"
+        return f"is {'stronger' if one.factor > 0.0 else 'weaker'} {one.of.words}"
     words = one.of.words if one.found.told else one.of.vaguely
     against = one.factor < 0.0
     return words.format(brakes="brakes" if against else "drives", resists="resists" if against else "follows")

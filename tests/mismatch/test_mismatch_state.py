@@ -132,6 +132,13 @@ def test_a_force_is_told_by_what_it_depends_on_and_every_other_state_is_ruled_ou
     assert said.count("the distance from the grips") == ("the distance from the grips" not in on)
 
 
+def test_a_push_that_turns_round_with_the_height_points_another_way_higher_up():
+    middle = float(np.median(np.concatenate([swung(number).path_m[..., 2].ravel() for number in range(4)])))
+    said, rows = told(pushed(lambda one: (one.path_m[..., 2, None] - middle) * X))
+    assert said.startswith("it pushes another way higher up (")
+    assert rows["the height"].depends == "yes"
+
+
 def test_what_brakes_reverses_with_the_motion_and_a_push_does_not():
     assert "; all of that reverses with the motion; " in told(pushed(quadratic_drag))[0]
     assert "; none of that reverses with the motion; " in told(pushed(constant_push))[0]
@@ -212,7 +219,16 @@ def test_the_same_forces_are_told_in_the_same_words():
 
 def test_no_module_that_decides_on_a_name_reads_what_the_force_depends_on():
     """It is found when the verdict stands (`diagnose.py`), for files, pages and what to record next."""
-    telling = {"assimilate", "diagnose", "experiments", "findings", "finding_pictures", "report", "state", "state_words"}
+    telling = {
+        "assimilate",
+        "diagnose",
+        "experiments",
+        "findings",
+        "finding_pictures",
+        "report",
+        "state",
+        "state_words",
+    }
     reads = re.compile(r"sim1\.mismatch\.(assimilate|state|state_words) import|\.located\b|\.signature\b")
     paths = (REPOSITORY / "sim1" / "mismatch").glob("*.py")
     assert {path.stem for path in paths if reads.search(path.read_text())} <= telling
