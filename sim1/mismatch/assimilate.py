@@ -17,6 +17,9 @@ from sim1.cloth.precise.pull import Goals
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit
+from sim1.mismatch.missing_force import Forces
+from sim1.mismatch.state import State, asked_of, table_of
+from sim1.mismatch.state_words import words_of
 from sim1.mismatch.workers import Done, Task
 from sim1.recording.bundle import Recording
 
@@ -37,17 +40,6 @@ class Window:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Forces:
-    """Missing force in one recording."""
-
-    name: str
-    time_s: np.ndarray  # (T,)
-    force_n: np.ndarray  # (T, M, 3)
-    floor_n: float  # rms per coordinate that noise alone makes
-    velocity_m_s: np.ndarray  # (T, M, 3) of the assimilated markers
-
-
-@dataclass(frozen=True, kw_only=True)
 class Located:
     """Missing force by place and time."""
 
@@ -55,17 +47,12 @@ class Located:
     marker_power_n2: np.ndarray  # (M,) mean square above the floor
     windows: tuple[Window, ...]
     signature: str
+    states: tuple[State, ...]  # what the force depends on and what it does not
     lost: dict[str, str]  # recordings that are not in it, and why
 
     def region(self) -> tuple[list[int], float]:
         """Columns of the fewest markers that carry half of it, and their share."""
-        total = self.marker_power_n2.sum()
-        if total <= 0:
-            return [], 0.0
-        order = np.argsort(-self.marker_power_n2, kind="stable")
-        share = np.cumsum(self.marker_power_n2[order]) / total
-        count = int(np.argmax(share >= REGION_SHARE)) + 1
-        return sorted(int(k) for k in order[:count]), float(min(share[count - 1], 1.0))
+        return _region(self.marker_power_n2)
 
     def worst_windows(self) -> list[Window]:
         """The windows with the largest shares."""
@@ -105,7 +92,9 @@ def locate_forces(engine: Engine, found: Fit, names: tuple[str, ...]) -> Located
                 time_s=time,
                 force_n=run.force_n[seen],
                 floor_n=floor_n,
-                velocity_m_s=np.gradient(run.path_m[seen], time, axis=0),
+                path_m=run.path_m[seen],
+                states=run.states.at(seen),
+                table_z_m=plain.table_z_m,
             )
         )
     return _summary(tuple(forces), lost)
@@ -139,6 +128,7 @@ def _summary(forces: tuple[Forces, ...], lost: dict[str, str]) -> Located:
             marker_power_n2=np.zeros(0),
             windows=(),
             signature="Where and when could not be told: no recording can be simulated along its markers.",
+            states=(),
             lost=lost,
         )
     power = np.mean([np.maximum((f.force_n**2).mean((0, 2)) - f.floor_n**2, 0.0) for f in forces], axis=0)
@@ -149,34 +139,33 @@ def _summary(forces: tuple[Forces, ...], lost: dict[str, str]) -> Located:
             excess = max(float((f.force_n[rows] ** 2).mean() - f.floor_n**2), 0.0)
             windows.append((f.name, float(start), float(min(start + WINDOW_S, f.time_s[-1])), excess))
             total += excess
+    place = np.zeros(len(power), bool)
+    place[_region(power)[0]] = True
+    asked = asked_of(forces, place)
     return Located(
         forces=forces,
         marker_power_n2=power,
         windows=tuple(
             Window(recording=n, from_s=a, to_s=b, share=min(e / total, 1.0) if total else 0.0) for n, a, b, e in windows
         ),
-        signature=_signature(forces),
+        signature=f"{_size(forces)}; {words_of(asked)}.",
+        states=table_of(asked),
         lost=lost,
     )
 
 
-def _signature(forces: tuple[Forces, ...]) -> str:
-    """What the missing force depends on, in one sentence."""
-    force = np.concatenate([f.force_n.reshape(-1, 3) for f in forces])
-    velocity = np.concatenate([f.velocity_m_s.reshape(-1, 3) for f in forces])
-    size, floor = float(np.sqrt((force**2).mean())), float(np.sqrt(np.mean([f.floor_n**2 for f in forces])))
-    speed = np.linalg.norm(velocity, axis=1)
-    moving = speed > max(0.05, float(np.quantile(speed, 0.5)))
-    unit = velocity[moving] / speed[moving][:, None]
-    along = (force[moving] * unit).sum(1)
-    share = float((along**2).sum() / max((force[moving] ** 2).sum(), 1e-30))
-    brakes = float(np.mean(along < 0))
-    slow = float(np.sqrt((force[speed <= np.quantile(speed, 0.3)] ** 2).mean()))
-    fast = float(np.sqrt((force[speed >= np.quantile(speed, 0.7)] ** 2).mean()))
-    steady = np.linalg.norm(force.mean(0)) / max(size * np.sqrt(3), 1e-30)
+def _region(power: np.ndarray) -> tuple[list[int], float]:
+    """The fewest markers that carry `REGION_SHARE` of a mean square (M,) together, and their share; none where there is none."""
+    if power.sum() <= 0:
+        return [], 0.0
+    order = np.argsort(-power, kind="stable")
+    share = np.cumsum(power[order]) / power.sum()
+    count = int(np.argmax(share >= REGION_SHARE)) + 1
+    return sorted(int(k) for k in order[:count]), float(min(share[count - 1], 1.0))
+
+
+def _size(forces: tuple[Forces, ...]) -> str:
+    size = float(np.sqrt(np.concatenate([f.force_n.ravel() ** 2 for f in forces]).mean()))
+    floor = float(np.sqrt(np.mean([f.floor_n**2 for f in forces])))
     told = f"(noise alone {1e3 * floor:.2f} mN)" if floor else "to move as the model with it does"
-    return (
-        f"The markers need {1e3 * size:.2f} mN each {told}; {100 * share:.0f} % of it lies along the motion "
-        f"(33 % if direction played no part) and brakes {100 * brakes:.0f} % of the time; it is {fast / max(slow, 1e-12):.1f} times as large "
-        f"where markers are fast as where they are slow, and {100 * steady:.0f} % of it is one constant push."
-    )
+    return f"The markers need a force of {1e3 * size:.2f} mN each {told}"

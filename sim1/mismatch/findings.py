@@ -226,6 +226,7 @@ def summary_of(found: Diagnosis, untold: Sequence[Statement], thresholds: Thresh
                 *([left] if left else []),
                 *(Undecided(what=said.text, record=said.record) for said in untold),
             ],
+            "states": [vars(row) for row in found.located.states],
         }
     )
 

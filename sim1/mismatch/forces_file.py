@@ -9,7 +9,7 @@ from sim1.array_file import Shape, numbers_of, read_arrays
 from sim1.stage import BadInput
 
 if TYPE_CHECKING:
-    from sim1.mismatch.assimilate import Forces  # reading the file needs no simulator
+    from sim1.mismatch.missing_force import Forces  # reading the file needs no simulator
 
 WHAT, REMEDY = "file of forces", "diagnose the bundle again"
 

@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/12`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/13`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/12"
+SCHEMA = "sim1.diagnosis/13"
 
 
 class Ranked(Strict):
@@ -63,6 +63,14 @@ class Undecided(Strict):
     record: str  # that would settle it
 
 
+class OfState(Strict):
+    """A state of the sheet, and whether the force that was located depends on it (`state.py`)."""
+
+    name: str
+    share: pydantic.confloat(ge=0, le=1)  # of the force's square above noise, beyond the other states
+    depends: Literal["yes", "no", "undecided"]
+
+
 class Prices(Strict):
     """What a name has to gain in nats, to explain and to foretell."""
 
@@ -84,7 +92,7 @@ class Prices(Strict):
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/12"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/13"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts
@@ -99,7 +107,8 @@ class Summary(Strict):
     estimates: tuple[Estimate, ...]
     effects: tuple[str, ...]  # of the chosen model
     detectable: tuple[Shown, ...]
-    undecided: tuple[Undecided, ...] = ()  # what the verdict leaves open, then what recordings like these cannot tell
+    undecided: tuple[Undecided, ...]  # what the verdict leaves open, then what recordings like these cannot tell
+    states: tuple[OfState, ...]  # empty where no force could be located
 
 
 def read_summary(path: Path) -> Summary:

@@ -14,6 +14,7 @@ import numpy as np
 
 from sim1.child_process import behave_as_child
 from sim1.cloth.precise.lacking import lacking_force
+from sim1.cloth.precise.marker_states import MarkerStates, marker_states
 from sim1.cloth.precise.motions import Motions
 from sim1.cloth.precise.pull import Goals, Pull
 from sim1.cloth.precise.scene import Scene, prepare
@@ -32,7 +33,7 @@ class Task:
     step_s: float
     follow_hz: float = 0.0  # of the pull towards the markers; 0: none
     goals_m: np.ndarray | None = None  # (N, M, 3) markers to follow in place of the measured ones
-    paths: bool = False  # whether to return what the markers do at the steps
+    paths: bool = False  # whether to return what the markers and the sheet around them do at the steps
     lacks: World | None = None  # whose lack of force to return in place of the pull
 
 
@@ -44,6 +45,7 @@ class Done:
     rest_m: np.ndarray  # (V, 3) of the mesh that was asked for
     force_n: np.ndarray | None = None  # (T, M, 3)
     path_m: np.ndarray | None = None  # (T, M, 3)
+    states: MarkerStates | None = None
 
 
 _BUNDLE: list[Bundle] = []
@@ -82,7 +84,8 @@ def _work(task: Task) -> Done:
         return Done(markers_m=run.markers_m[where], rest_m=run.rest_m)
     force = run.pull_n if task.lacks is None else lacking_force(scene, worlds[0], task.lacks, run.shapes_m)
     path = (run.shapes_m[:, scene.net.marker_node] * scene.net.marker_weight[..., None]).sum(2)
-    return Done(markers_m=run.markers_m[where], rest_m=run.rest_m, force_n=force, path_m=path)
+    states = marker_states(scene, run.shapes_m)
+    return Done(markers_m=run.markers_m[where], rest_m=run.rest_m, force_n=force, path_m=path, states=states)
 
 
 def _goals(recording: Recording, given_m: np.ndarray | None) -> Goals:

@@ -53,10 +53,13 @@ def test_the_files_read_back_and_the_page_says_the_verdict(dragged):
     assert json.loads((out / "verdict.json").read_text())["schema"] == "sim1.verdict/1"
     assert [effect["name"] for effect in read_physics(out / "model.yaml").effects] == ["air_drag"]
     assert read_physics(out / "baseline.yaml").effects == ()
-    page = (out / "report.html").read_text()
+    page, summary = (out / "report.html").read_text(), read_summary(out / "summary.json")
     assert "<strong>air_drag</strong>" in page
     assert all(remark in page for remark in verdict.remarks)
-    assert read_summary(out / "summary.json").ranking[0].name == "air_drag"
+    assert summary.ranking[0].name == "air_drag"
+    assert "; it brakes with the square of the speed across the sheet (" in verdict.mismatch.signature
+    assert [row.name for row in summary.states if row.depends == "yes"] == ["the speed across the sheet"]
+    assert "<td>the distance from the grips</td><td>0</td><td>no</td>" in page
     forces = read_forces(out / "forces.npz")
     assert set(forces) == {"swing_0", "swing_1", "swing_2"}
     assert all(time[-1] <= 2.0 for time, _ in forces.values())  # what follows a recording is nobody's missing force

@@ -48,6 +48,7 @@ SUMMARY = {
     ],
     "effects": ["grip_compliance"],
     "detectable": [],
+    "states": [],
     "undecided": [
         {"what": "whether it is grip_compliance or grip_slip", "record": NEXT},
         {

@@ -61,7 +61,7 @@ def test_the_verdict_tells_what_each_of_two_names_adds(unknowns, monkeypatch):
         noise_m=3e-4,
         rmse_m={"baseline": {"fit": 8e-3, "heldout": 8e-3}, "augmented": {"fit": 1e-3, "heldout": 1e-3}},
         heldout_without_m={"air_drag": 5e-3, "rest_curvature": None},
-        located=Located(forces=(), marker_power_n2=np.zeros(0), windows=(), signature="none", lost={}),
+        located=Located(forces=(), marker_power_n2=np.zeros(0), windows=(), signature="none", states=(), lost={}),
         remarks=("said",),
     )
     bundle = empty_bundle(motions=2)
