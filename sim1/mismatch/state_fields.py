@@ -151,6 +151,8 @@ class Strength:
 
 STRENGTHS = (
     Strength(state=TABLE, words="on the table", value=lambda one, _: _touches(one).astype(float)),
+    Strength(state="how far along x", words="farther along x", value=lambda one, _: one.path_m[..., 0]),
+    Strength(state="how far along y", words="farther along y", value=lambda one, _: one.path_m[..., 1]),
     Strength(state="the height", words="higher up", value=lambda one, _: one.path_m[..., 2]),
     Strength(
         state="the curvature",

@@ -27,6 +27,8 @@ ALL = {
     "the curvature",
     "the strain",
     "the table",
+    "how far along x",
+    "how far along y",
     "the height",
     "the distance from the grips",
     "the place on the cloth",
@@ -87,6 +89,11 @@ def lift(one):
     return (one.velocity_m_s**2).sum(-1, keepdims=True) * Z
 
 
+def jet(one):
+    """Blows along z, the more the farther along y."""
+    return (one.path_m[..., 1, None] + 0.1) * Z
+
+
 def nothing(one):
     return 0.0 * Z
 
@@ -113,6 +120,12 @@ def told(forces, place=NOWHERE):
         (curl, NOWHERE, "it pushes along the normal in proportion to the curvature (100 % of it)", {"the curvature"}),
         (pull_of_the_threads, NOWHERE, "it pulls along the threads in proportion to the strain (100", {"the strain"}),
         (carried_air, NOWHERE, "it resists the acceleration across the sheet (100 % of it)", {"the acceleration"}),
+        (
+            jet,
+            NOWHERE,
+            "it pushes the same way in the room (",
+            {"a direction in the room", "how far along y"},
+        ),
         (lift, NOWHERE, "it grows with the square of the speed and points the same way", {"the speed either way"}),
         (
             push_near_the_grips,
