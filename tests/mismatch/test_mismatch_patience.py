@@ -1,6 +1,7 @@
 """Who may end a search, and how."""
 
 import signal
+from dataclasses import replace
 
 import pytest
 from small_bundle import empty_bundle
@@ -59,7 +60,7 @@ def test_the_stage_s_search_ends_when_its_budget_would_not_last_for_the_rest(
         raise NotConverged("enough is known")
 
     monkeypatch.setattr("sim1.mismatch.calibrated.diagnose", diagnosed)
-    write_bundle(tmp_path / "bundle", empty_bundle(motions=2))
+    write_bundle(tmp_path / "bundle", replace(empty_bundle(motions=2), noise_std_m=3e-4))
     config = CalibratedPhysicsConfig(budget_minutes=budget_minutes)
     with pytest.raises(NotConverged):
         calibrated_physics({"recordings": {"towel": tmp_path}}, tmp_path / "out", config)

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
-from proof_stand_ins import DRAG, NULL, SHRUNK, campaign, unsealed
+from proof_stand_ins import DRAG, NULL, SHRUNK, campaign, lines_of, unsealed, write_lines
 
 from sim1.proof.ledger import hashes
 from sim1.proof.prove import prove
@@ -41,12 +41,11 @@ def test_what_a_diagnosis_leaves_where_it_stands_is_in_no_film(tmp_path):
 
 def committed_anew(work, case):
     """Commit to answers and films as they are now: as a laboratory would have that wrote them so."""
-    path = work.files.root / "commitments.jsonl"
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    lines = lines_of(work.files.root)
     for line in lines:
         if line.get("of") == case:
             line["sha256"] = hashes(work.files.root, work.files.sealed(case))
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    write_lines(work.files.root, lines)
 
 
 ANSWERS = {
