@@ -58,9 +58,8 @@ ANSWERS = {
 
 
 @pytest.mark.parametrize("harm", ANSWERS)
-def test_answers_without_a_course_are_told_and_the_diagnosis_is_not_blamed(tmp_path, harm):
+def test_answers_without_a_course_are_told_and_the_diagnosis_is_not_blamed(work, harm):
     change, said = ANSWERS[harm]
-    work, _ = made(tmp_path)
     path = work.files.answers("case_001").with_suffix(".npz")
     arrays = dict(np.load(path)) | change
     np.savez(path, **{name: array for name, array in arrays.items() if array is not None})
@@ -70,8 +69,7 @@ def test_answers_without_a_course_are_told_and_the_diagnosis_is_not_blamed(tmp_p
     assert re.search(said, proof.not_scored[0].why), proof.not_scored[0].why
 
 
-def test_a_recording_that_was_filmed_must_be_in_the_answers(tmp_path):
-    work, _ = made(tmp_path)
+def test_a_recording_that_was_filmed_must_be_in_the_answers(work):
     film = work.files.bundle("case_001") / "recordings" / "b" / "markers.parquet"
     film.parent.mkdir(parents=True)
     film.write_text("")
@@ -79,8 +77,7 @@ def test_a_recording_that_was_filmed_must_be_in_the_answers(tmp_path):
     assert "no array 'b/stamps_s'" in rewrite(work.files).not_scored[0].why
 
 
-def test_answers_that_hold_no_number_where_one_is_due_are_told(tmp_path):
-    work, _ = made(tmp_path)
+def test_answers_that_hold_no_number_where_one_is_due_are_told(work):
     path = work.files.answers("case_001")
     path.write_text(path.read_text().replace("300.0", "NaN"))
     committed_anew(work, "case_001")
@@ -104,9 +101,8 @@ FORCES = {
 
 
 @pytest.mark.parametrize("harm", FORCES)
-def test_forces_that_cannot_be_set_against_the_answers_are_a_failed_diagnosis(tmp_path, harm):
+def test_forces_that_cannot_be_set_against_the_answers_are_a_failed_diagnosis(work, harm):
     change, said = FORCES[harm]
-    work, _ = made(tmp_path)
     unsealed(work.files.root)
     path = work.files.found("case_001") / "forces.npz"
     np.savez(path, **change(dict(np.load(path))))
@@ -116,8 +112,7 @@ def test_forces_that_cannot_be_set_against_the_answers_are_a_failed_diagnosis(tm
     assert said in first.error
 
 
-def test_a_place_that_is_not_finite_in_what_was_foretold_is_told_and_the_others_are_scored(tmp_path):
-    work, _ = made(tmp_path)
+def test_a_place_that_is_not_finite_in_what_was_foretold_is_told_and_the_others_are_scored(work):
     unsealed(work.files.root)
     path = work.files.foretold("case_001", "model")
     table = pd.read_parquet(path)
@@ -129,9 +124,8 @@ def test_a_place_that_is_not_finite_in_what_was_foretold_is_told_and_the_others_
     assert re.search(said, proof.not_scored[0].why), proof.not_scored[0].why
 
 
-def test_errors_that_are_not_known_are_told_in_words_where_no_reason_was_kept(tmp_path):
+def test_errors_that_are_not_known_are_told_in_words_where_no_reason_was_kept(work):
     """As in a campaign of earlier code; a figure that is missing must not stop the page either."""
-    work, _ = made(tmp_path)
     unsealed(work.files.root)
     for case, lost in (("case_001", ("augmented",)), ("case_002", ("baseline", "augmented"))):
         path = work.files.found(case) / "verdict.json"
@@ -165,9 +159,8 @@ def test_a_model_that_foretells_nothing_is_listed_with_the_reason(tmp_path):
     assert "no simulation in half of them or more" in page
 
 
-def test_a_campaign_that_is_only_asked_for_its_score_is_left_as_it_is(tmp_path):
+def test_a_campaign_that_is_only_asked_for_its_score_is_left_as_it_is(work):
     """Thresholds are calibrated with the cases of campaigns on which other processes may be at work."""
-    work, _ = made(tmp_path)
     unsealed(work.files.root)
     gone, harmed = work.files.outcome("case_001"), work.files.outcome("case_002")
     gone.unlink()

@@ -161,9 +161,7 @@ def test_a_damaged_outcome_or_record_is_told_and_the_others_count(tmp_path):
     ]
 
 
-def test_a_verdict_that_came_along_is_held_against_what_was_sealed_and_what_was_scored(tmp_path):
-    work = campaign(tmp_path, (DRAG, NULL))
-    prove(work)
+def test_a_verdict_that_came_along_is_held_against_what_was_sealed_and_what_was_scored(work):
     for path in work.files.root.glob("answers/case_*"):
         path.unlink()
     shutil.rmtree(work.files.found("case_002"))
@@ -201,9 +199,8 @@ def swapped(path, old, new):
 
 
 @pytest.mark.parametrize("wrong", CARRIED)
-def test_a_stored_outcome_that_does_not_fit_what_was_drawn_and_committed_to_counts_nowhere(tmp_path, wrong):
+def test_a_stored_outcome_that_does_not_fit_what_was_drawn_and_committed_to_counts_nowhere(tmp_path, work, wrong):
     do, word = CARRIED[wrong]
-    prove(campaign(tmp_path, (DRAG, NULL)))
     for path in (tmp_path / "out" / "answers").glob("case_*"):
         path.unlink()
     assert prove(campaign(tmp_path, ())).carried == ("case_001", "case_002")

@@ -56,10 +56,8 @@ def _without_end(root):
 
 
 @pytest.mark.parametrize("harm", HARM)
-def test_what_was_found_and_is_no_longer_what_was_sealed_is_named_and_the_case_not_scored(tmp_path, harm):
+def test_what_was_found_and_is_no_longer_what_was_sealed_is_named_and_the_case_not_scored(work, harm):
     do, said = HARM[harm]
-    work = campaign(tmp_path, (DRAG, NULL))
-    prove(work)
     do(work.files.root)
     proof = rewrite(work.files)
     assert [one.case for one in proof.outcomes] == ["case_002"]

@@ -48,10 +48,9 @@ FILMS = {
 
 
 @pytest.mark.parametrize("harm", FILMS)
-def test_films_that_changed_after_the_diagnosis_are_found_and_the_case_is_not_scored(tmp_path, harm):
+def test_films_that_changed_after_the_diagnosis_are_found_and_the_case_is_not_scored(work, harm):
     do, said = FILMS[harm]
-    work = campaign(tmp_path, (DRAG, NULL))
-    assert prove(work).films_unsealed == ()
+    assert rewrite(work.files).films_unsealed == ()
     do(work.files.bundle("case_001"))
     proof = rewrite(work.files)
     assert [one.case for one in proof.outcomes] == ["case_002"]
@@ -115,9 +114,7 @@ def test_films_of_a_diagnosis_that_ended_are_not_committed_to_anew(tmp_path):
     assert len(notes(tmp_path, "diagnosis")) == 2
 
 
-def test_cases_that_earlier_code_committed_to_by_their_answers_alone_are_read_and_said_to_be(tmp_path):
-    work = campaign(tmp_path, (DRAG, NULL))
-    prove(work)
+def test_cases_that_earlier_code_committed_to_by_their_answers_alone_are_read_and_said_to_be(work):
     lines = lines_of(work.files.root)
     for line in lines:
         if line.get("of") == "case_001":
@@ -156,9 +153,7 @@ def test_a_stored_campaign_of_medium_strength_keeps_its_headline_and_is_told_to_
     assert "<td>medium</td><td>19 of 24 (95 % interval 58 to 93 %)</td>" in page
 
 
-def test_answers_changed_after_the_diagnosis_are_found_and_the_case_is_not_scored(tmp_path):
-    work = campaign(tmp_path, (DRAG, NULL))
-    prove(work)
+def test_answers_changed_after_the_diagnosis_are_found_and_the_case_is_not_scored(work):
     path = work.files.answers("case_001")
     path.write_text(path.read_text().replace("2.0", "1.9"))
     proof = rewrite(work.files)
@@ -182,9 +177,7 @@ def test_answers_exchanged_before_the_diagnosis_stop_it(tmp_path):
     assert len(notes(tmp_path, "diagnosis")) == 1
 
 
-def test_a_case_whose_answers_changed_after_it_was_scored_counts_nowhere_even_when_they_are_gone(tmp_path):
-    work = campaign(tmp_path, (DRAG, NULL))
-    prove(work)
+def test_a_case_whose_answers_changed_after_it_was_scored_counts_nowhere_even_when_they_are_gone(work):
     path = work.files.answers("case_001")
     path.write_text(path.read_text().replace("air_drag", "wind"))
     assert [one.case for one in rewrite(work.files).outcomes] == ["case_002"]
