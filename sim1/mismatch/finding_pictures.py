@@ -26,18 +26,23 @@ def draw_forces(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     figure.get_layout_engine().set(w_pad=0.1, wspace=0.05)  # two labels meet between the halves
     if len(forces):
         size = 1e3 * np.sqrt(found.located.marker_power_n2)
-        dots = left.scatter(*(1e3 * points.T), c=size, s=140, cmap="magma_r", edgecolors="0.6")
+        # From nothing on: a force that is the same everywhere looks so.
+        dots = left.scatter(*(1e3 * points.T), c=size, s=140, cmap="magma_r", edgecolors="0.6", vmin=0)
         figure.colorbar(dots, ax=left, label="missing force per marker [mN rms]")
-        for force in forces:
-            course = 1e3 * np.sqrt((force.force_n**2).mean((1, 2)))
+        courses = [1e3 * np.sqrt((force.force_n**2).mean((1, 2))) for force in forces]
+        for force, course in zip(forces, courses, strict=True):
             right.plot(force.time_s, course, label=force.name, lw=1.2)
         floor = 1e3 * float(np.sqrt(np.mean([force.floor_n**2 for force in forces])))
+        right.set_ylim(
+            top=1.1 * max(floor, *(course.max() for course in courses))
+        )  # one that is steady lies below the edge
         if floor:
             right.axhline(floor, color="k", ls=":", label="noise alone")
         right.legend(fontsize=8)
     left.set(xlabel="u [mm]", ylabel="v [mm]", aspect="equal", title="on the cloth")
     left.invert_yaxis()
-    right.set(xlabel="time [s]", ylabel="missing force [mN rms per coordinate]", title="over time", ylim=(0, None))
+    right.set(xlabel="time [s]", ylabel="missing force [mN rms per coordinate]", title="over time")
+    right.set_ylim(bottom=0)
     save_figure(figure, path, dpi=110)
     plt.close(figure)
 
