@@ -18,7 +18,7 @@ def commit(
 
     `code` and `laboratory` are the hashes of what diagnoses and of what films. With `made_anew`, the laboratory has just made the
     files again, as those committed to stayed on another machine, where rounding may differ: a further line says what they are now,
-    unless the laboratory is another than it was, or a diagnosis of the earlier ones has ended.
+    unless the laboratory is another than it was (where that was told: earlier code did not), or a diagnosis of the earlier ones has ended.
 
     Raises:
         BadInput: there is a line about `of`, and the files are no longer those.
