@@ -5,6 +5,8 @@ from typing import Annotated, Self
 import pydantic
 from pydantic import Discriminator, Field, Tag
 
+from sim1.data_file import Strict
+
 SCHEMA = "sim1.model/1"
 MOST_REFINED = 3  # 64 faces for one: more is a slip
 
@@ -24,12 +26,6 @@ def _rising(edges: list[float]) -> list[float]:
 
 
 type Interval = Annotated[list[Number], Field(min_length=2, max_length=2), pydantic.AfterValidator(_rising)]
-
-
-class Strict(pydantic.BaseModel):
-    """Base of the models: frozen, unknown keys refused, numbers finite."""
-
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class AnyPart(Strict):
@@ -118,8 +114,8 @@ class PhysicsDocument(Strict):
     bending_n_m: LeastPart
     damping_s: LeastPart
     friction: FrictionPart
-    effects: list[EffectPart] = []
-    grips: list[GripPart] = []
+    effects: list[EffectPart] = Field(default_factory=list)
+    grips: list[GripPart] = Field(default_factory=list)
     mesh: MeshPart = MeshPart()
     mesh_refined: Annotated[int, Field(strict=True, ge=0, le=MOST_REFINED)] | None = None
 

@@ -5,14 +5,8 @@ from pathlib import Path
 
 import pydantic
 
-from sim1.data_file import explained
+from sim1.data_file import Strict, explained
 from sim1.stage import BadInput
-
-
-class Strict(pydantic.BaseModel):
-    """Base of the models: frozen, unknown keys refused, numbers finite."""
-
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def read_json[T: Strict](path: Path, kind: type[T], remedy: str) -> T:

@@ -51,12 +51,10 @@ def draw_effects(chances: Mapping[str, float], friction: float, stream: np.rando
 def entry_of(effect: Effect) -> dict[str, Any]:
     """An effect as model files hold it; nothing was measured, so that there are no intervals."""
     values = {name: getattr(effect, name) for name in _given(effect)}
-    units = type(effect).units()
+    units = type(effect).units() | type(effect).fixed
     return {
         "name": effect.name,
-        "parameters": {
-            name: {"value": value, "ci95": None, "unit": units.get(name, "1")} for name, value in values.items()
-        },
+        "parameters": {name: {"value": value, "ci95": None, "unit": units[name]} for name, value in values.items()},
     }
 
 

@@ -42,8 +42,8 @@ class Prior(Strict):
 
     @property
     def log_spread(self) -> float | None:
-        """Standard deviation of the natural logarithm; None where none is stated."""
-        return self.log_std or (self.std / self.value if self.std else None)
+        """Standard deviation of the natural logarithm; None where none is stated, or the value is 0."""
+        return self.log_std or (self.std / self.value if self.std and self.value else None)
 
 
 class Priors(Strict):

@@ -8,7 +8,7 @@ from small_bundle import SIDE_M, empty_bundle
 from typer.testing import CliRunner
 
 from assets_defs.cli import app
-from sim1.cloth.precise.material import markers_on
+from sim1.cloth.precise.material import marker_points, markers_on
 from sim1.cloth.precise.mesh import square_sheet
 from sim1.mismatch.engine import Engine
 from sim1.recording.bundle import read_bundle, write_bundle
@@ -100,8 +100,9 @@ def test_all_recordings_that_begin_with_too_few_markers_are_named(tmp_path):
 
 
 def test_a_marker_that_lies_off_the_sheet_is_named_with_its_file():
+    whole = empty_bundle(motions=1)
     with pytest.raises(
         BadInput,
         match=r"^anchors\.parquet: marker 15 at \[0\.2\d*, 0\.2\d*\] m of the cloth lies off the sheet; correct",
     ):
-        markers_on(empty_bundle(motions=1), square_sheet(4, 0.7 * SIDE_M))
+        markers_on(whole, square_sheet(4, 0.7 * SIDE_M), marker_points(whole))

@@ -265,3 +265,18 @@ def test_rows_of_a_plain_table_are_those_of_the_marker_also_where_others_are_mis
     lines = (folder / "swing_a.csv").read_text().splitlines()
     row = next(k for k, line in enumerate(lines, start=1) if ",800.0" in line)
     assert f"swing_a.csv: row {row}: " in refusal(folder, "csv")
+
+
+@pytest.mark.parametrize("file", ["anchors.csv", "swing_a.csv"])
+def test_a_row_with_more_cells_than_columns_is_refused_and_not_read_in_part(tmp_path, file):
+    """Decimal commas, as some systems export them."""
+    folder = written(tmp_path / "lab", "csv", swing("swing_a"))
+    head, first, *lines = (folder / file).read_text().splitlines()
+    (folder / file).write_text("\n".join([head, f"{first},5", *lines]) + "\n")
+    count = len(head.split(","))
+    assert f"{file}: row 2: {count + 1} cells for {count} columns" in refusal(folder, "csv")
+
+
+def test_what_was_imported_says_that_it_lies_where_it_was_put(tmp_path):
+    folder = written(tmp_path / "lab", "npz", swing("swing_a"))
+    assert imported(folder, "npz", "swing_a").folder == folder / "bundle"

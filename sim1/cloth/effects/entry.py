@@ -10,6 +10,8 @@ from sim1.stage import BadInput
 def effect_of(entry: dict[str, Any], known: dict[str, type[Effect]], place: str) -> Effect:
     """One `{name, parameters: {p: {value, ci95, unit}}}` entry as an effect; `place` begins the message of an error.
 
+    Code may leave a unit out, a model file may not (`physics_document.py`).
+
     Raises:
         BadInput: unknown name or parameter, missing parameter, another unit, or a value that is not allowed.
     """

@@ -36,11 +36,11 @@ def marker_points(bundle: Bundle) -> np.ndarray:
     return (sheet.material_m[sheet.faces[bundle.anchors.face]] * bundle.anchors.weight[..., None]).sum(1)
 
 
-def markers_on(bundle: Bundle, sheet: Sheet) -> tuple[np.ndarray, np.ndarray]:
-    """Face (M,) and barycentric coordinates (M, 3) of the markers on the bundle's sheet, however it was cut and reordered.
+def markers_on(bundle: Bundle, sheet: Sheet, points_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Face (M,) and barycentric coordinates (M, 3) of the markers, at `points_m` (M, 2), on the bundle's sheet, however it was cut and reordered.
 
     Raises:
         BadInput: a marker that no face near it holds.
     """
     path = bundle.folder / "anchors.parquet"
-    return place_on(sheet, marker_points(bundle), [f"{path}: marker {marker}" for marker in bundle.anchors.marker])
+    return place_on(sheet, points_m, [f"{path}: marker {marker}" for marker in bundle.anchors.marker])

@@ -77,7 +77,7 @@ def prepare(
     Raises:
         BadInput: the recording cannot be simulated; names what is missing.
     """
-    sheet = sheet_of(bundle)
+    sheet, points = sheet_of(bundle), marker_points(bundle)
     parents = [np.repeat(np.arange(len(sheet.material_m))[:, None], 2, axis=1)]
     for _ in range(finer):
         sheet, between = refined(sheet)
@@ -105,7 +105,7 @@ def prepare(
                 index=held_in.keys.index(key),
             )
         )
-    face, weight = markers_on(bundle, sheet)
+    face, weight = markers_on(bundle, sheet, points)
     stencils, stars = sheet.stencils, [part.astype(np.int64) for part in sheet.stars]
     held = np.concatenate([grip.vertices for grip in grips]) if grips else np.zeros(0, int)
     owner = np.concatenate([np.full(len(grip.vertices), k) for k, grip in enumerate(grips)]) if grips else held
@@ -127,7 +127,7 @@ def prepare(
         marker_node=sheet.faces[face].astype(np.int64),
         marker_weight=np.ascontiguousarray(weight),
     )
-    shape, velocity = start_of(bundle, recording, marker_points(bundle), sheet)
+    shape, velocity = start_of(bundle, recording, points, sheet)
     return Scene(
         name=recording.name,
         sheet=sheet,

@@ -15,11 +15,10 @@ def require_simulable(bundle: Bundle) -> None:
         BadInput: a mesh that cannot be laid flat or is too small to bend, a marker off it, too few markers at the start of a recording,
             a grip in which nobody knows where the cloth sits.
     """
-    sheet = sheet_of(bundle)
+    sheet, points, problems = sheet_of(bundle), marker_points(bundle), Problems()
     for mesh in (sheet, refined(sheet)[0]):  # both are simulated: by one it is known what the other gets wrong
         _ = mesh.stencils
-        markers_on(bundle, mesh)
-    points, problems = marker_points(bundle), Problems()
+        markers_on(bundle, mesh, points)
     for recording in bundle.recordings:
         problems.attempt(start_of, bundle, recording, points, sheet)
     problems.stop()  # places are estimated from these starts

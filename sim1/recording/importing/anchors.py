@@ -7,7 +7,7 @@ import numpy as np
 
 from sim1.recording.importing.import_file import Anchor, ImportFile
 from sim1.recording.importing.paths import numbers
-from sim1.recording.importing.text_table import cell, numbered, read_cells
+from sim1.recording.importing.text_table import cell, check_width, numbered, read_cells
 from sim1.recording.mesh import LARGEST, OFF_SHEET_M, RestMesh, place_on_mesh
 from sim1.recording.places import Places
 from sim1.recording.streams import LARGEST_ID, Anchors
@@ -89,6 +89,7 @@ def _from_csv(path: Path, document: ImportFile, mesh: RestMesh) -> _Table:
         raise BadInput(f"{source}: row {first}: columns are {head}; expected {MEASURED} or {GIVEN}")
     if not data:
         raise BadInput(f"{source}: no rows below the header; give every marker a row")
+    check_width(source, data, len(head))
     labels, place = [cell(cells, 0) for _, cells in data], [f"{source}: row {row}" for row, _ in data]
     text = [[cell(cells, k) for k in range(1, len(head))] for _, cells in data]
     values = numbers(source, text, [row for row, _ in data], f"every marker needs {head[1:]}")

@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 from sim1.recording.importing.paths import numbers
-from sim1.recording.importing.text_table import cell, numbered, read_cells
+from sim1.recording.importing.text_table import cell, check_width, numbered, read_cells
 from sim1.recording.places import own_places
 from sim1.recording.streams import DRIVE_COLUMNS, VALUE_COLUMNS, Drives, drives_of
 from sim1.recording.tables import check_columns, read_table
@@ -28,9 +28,8 @@ def _from_text(path: Path) -> pd.DataFrame:
     check_columns(path, head, DRIVE_COLUMNS)
     if not data:
         raise BadInput(f"{path}: no rows below the header; export the drives")
+    check_width(path, data, len(head))
     for row, cells in data:
-        if len(cells) > len(head):
-            raise BadInput(f"{path}: row {row}: {len(cells)} cells for {len(head)} columns; write numbers with a point")
         if not cell(cells, head.index("drive")):
             raise BadInput(f"{path}: row {row}: no drive; name the one that the command is for")
     text = [[cell(cells, head.index(name)) for name in VALUE_COLUMNS] for _, cells in data]

@@ -37,7 +37,9 @@ def read_episode(dataset: Path, index: int, column: str) -> Episode:
     names, count = _names(info, column)
     parts = [part for file in _files(dataset) if len(part := _frames(file, index, column))]
     if not parts:
-        raise BadInput(f"{dataset}: there is no episode {index}; info.json counts {count}")
+        raise BadInput(
+            f"{dataset}: there is no episode {index}; info.json counts {count}, from 0: correct episode in import.yaml"
+        )
     found = pd.concat(parts, ignore_index=True)
     files, rows = list(found["file"]), found["row"].to_numpy()
     for frame, value in enumerate(found[column]):
@@ -82,7 +84,7 @@ def _names(path: Path, column: str) -> tuple[list[str], object]:
 def _files(dataset: Path) -> list[Path]:
     files = sorted((dataset / "data").rglob("*.parquet"))
     if not files:
-        raise BadInput(f"{dataset}/data: no Parquet file; the dataset's data are missing")
+        raise BadInput(f"{dataset}/data: no Parquet file; copy the whole dataset")
     return files
 
 
@@ -90,12 +92,18 @@ def _frames(file: Path, index: int, column: str) -> pd.DataFrame:
     """Frames of one episode in one file, with the file and the row of each."""
     try:
         table = pd.read_parquet(file, columns=["episode_index", "timestamp", column]).reset_index(drop=True)
-        part = table[table["episode_index"] == index]
-        return part.astype({"timestamp": float}).assign(
-            file=file, row=part.index, **{column: part[column].map(_floats)}
-        )
-    except Exception as error:  # damaged Parquet and columns of another type raise many kinds
-        raise BadInput(f"{file}: not readable ({' '.join(str(error).split())[:120]})") from error
+    except Exception as error:  # damaged Parquet raises many kinds
+        raise BadInput(_not_readable(file, error)) from error
+    part = table[table["episode_index"] == index]
+    try:
+        values = part[column].map(_floats)
+        return part.astype({"timestamp": float}).assign(file=file, row=part.index, **{column: values})
+    except (TypeError, ValueError) as error:  # columns of another type
+        raise BadInput(_not_readable(file, error)) from error
+
+
+def _not_readable(file: Path, error: Exception) -> str:
+    return f"{file}: not readable ({' '.join(str(error).split())[:120]}); copy the dataset again"
 
 
 def _floats(value: object) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 
 from sim1.recording.clocks import check_forward_by_marker
 from sim1.recording.importing.paths import MarkerPaths, metres_per_unit, numbers, z_up
-from sim1.recording.importing.text_table import cell, numbered, read_cells
+from sim1.recording.importing.text_table import cell, check_width, numbered, read_cells
 from sim1.stage import BadInput
 
 
@@ -17,15 +17,17 @@ def read_long(path: Path, units: str | None = None, up: str | None = None) -> Ma
         BadInput: other columns, a cell that is not a number, a marker whose rows go back in time or that is there twice at one
             time, a unit that nobody says.
     """
-    rows = read_cells(path)
-    head = [name.lower() for name in rows[0]]
+    (top, names), *data = numbered(read_cells(path))
+    head = [name.lower() for name in names]
     stated = head[2].partition("_")[2] if len(head) == 5 else ""
     axes = [f"{axis}_{stated}" if stated else axis for axis in "xyz"]
     if head != ["time_s", "marker", *axes]:
-        raise BadInput(f"{path}: row 1: columns are {rows[0]}; expected time_s, marker, x, y, z (or x_mm, y_mm, z_mm)")
-    data = numbered(rows, 1)
+        raise BadInput(
+            f"{path}: row {top}: columns are {names}; expected time_s, marker, x, y, z (or x_mm, y_mm, z_mm)"
+        )
     if not data:
         raise BadInput(f"{path}: no rows below the header; export the recording")
+    check_width(path, data, len(head))
     factor = metres_per_unit(path, stated or None, units)
     number = np.array([row for row, _ in data])
     values = numbers(path, [[cell(cells, k) for k in (0, 2, 3, 4)] for _, cells in data], number)

@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
-from sim1.recording.importing.import_file import ImportFile
+from sim1.recording.importing.import_file import ImportFile, MarkerKind
 from sim1.stage import BadInput
 
-KINDS = ("motive", "nexus", "csv", "c3d", "npz", "lerobot")
+KINDS = (*get_args(MarkerKind.__value__), "lerobot")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -36,6 +36,17 @@ def numbered(rows: list[list[str]], start: int = 0) -> list[tuple[int, list[str]
     return [(k + 1, row) for k, row in enumerate(rows) if row and k >= start]
 
 
+def check_width(path: Path, data: list[tuple[int, list[str]]], count: int) -> None:
+    """Check that no numbered row has more cells than the header (`count`), as one of numbers with decimal commas has.
+
+    Raises:
+        BadInput: one has.
+    """
+    for row, cells in data:
+        if len(cells) > count:
+            raise BadInput(f"{path}: row {row}: {len(cells)} cells for {count} columns; write numbers with a point")
+
+
 def triples(path: Path, data: list[tuple[int, list[str]]], columns: list[int]) -> np.ndarray:
     """Numbers (n, k / 3, 3) in the given columns of numbered rows; a marker without all three is in a gap."""
     text = [[cell(row, column) for column in columns] for _, row in data]

@@ -2,7 +2,7 @@
 
 import os
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from sim1.recording.bundle import Bundle, read_bundle, write_bundle
@@ -78,7 +78,7 @@ def _put(out: Path, assembled: Assembled) -> Bundle:
     part, old = (out.with_name(f".{out.name}.{word}-{os.getpid()}") for word in ("part", "old"))
     try:
         write_bundle(part, assembled.bundle)
-        checked = read_bundle(part, assembled.places)
+        checked = replace(read_bundle(part, assembled.places), folder=out)
         if out.exists():
             out.rename(old)
         part.rename(out)
