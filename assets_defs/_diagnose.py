@@ -46,8 +46,6 @@ def diagnose(
             verdict = run_diagnosis(bundle, out, tell, budget_minutes and 60 * budget_minutes)
     except (BadInput, NotConverged) as error:
         stop(str(error))
-    except OSError as error:
-        stop(_not_written(error, out))
     names = ", ".join(effect.name for effect in verdict.missing_physics) or "-"
     before, after = (in_mm(errors.heldout) for errors in (verdict.rmse_m.baseline, verdict.rmse_m.augmented))
     print(f"{verdict.verdict}: {names}; held-out error {before} -> {after}; {out / 'report.html'}")
@@ -71,13 +69,7 @@ def predict(
             rows = predict_files(bundle, model, out, tell)
     except (BadInput, NotConverged) as error:
         stop(str(error))
-    except OSError as error:
-        stop(_not_written(error, out))
     print(f"{rows} rows in {out}")
-
-
-def _not_written(error: OSError, out: Path) -> str:
-    return f"{error.filename or out}: {error.strerror or error}; free some space or give another place for --out, and run again"
 
 
 if __name__ == "__main__":

@@ -29,7 +29,8 @@ def write_calibrated(bundle: Path, out: Path, simulate_with: str, budget_s: floa
     """
     given = read_bundle(bundle)
     require_for_diagnosis(given)
-    patience, untold = Patience(budget_s), cannot_tell(given)
+    untold = cannot_tell(given)
+    patience = Patience(budget_s)
     found = diagnose(given, progress=lambda share, what: report(share, 1.0, what), patience=patience)
     verdict, summary = verdict_of(given, found), summary_of(found, untold)
     model = physics_of(given, found.chosen.fit)

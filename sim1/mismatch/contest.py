@@ -36,6 +36,7 @@ class Contest:
     temper: Tempers
     alone: tuple[Model, ...] = ()  # effects that gain by themselves, as they were first fitted, best first
     lost: tuple[Candidate, ...] = ()  # effects that promised something and that no simulation followed
+    unfollowed: tuple[tuple[str, ...], ...] = ()  # effects together, worth a fit, that no simulation followed
     screened: tuple[Candidate, ...] = ()  # beside the baseline: every effect that the recordings could show
 
 
@@ -172,6 +173,7 @@ def with_a_second(
     best = best_of(found.pool, thresholds)
     rivals = sorted(rivals_of(found.pool, best, thresholds), key=lambda model: rating(model, thresholds))
     firsts, pairs, lost = (best, *rivals)[:FIRSTS], [], []
+    unfollowed: dict[tuple[str, ...], None] = {}
     for number, first in enumerate(firsts):
         tried = extended(
             engine,
@@ -187,8 +189,9 @@ def with_a_second(
         )
         pairs += tried.models
         lost += tried.lost
+        unfollowed |= {_both(first, candidate.term.effect.name): None for candidate in tried.lost}
         there = {model.terms for model in pairs}
-        pairs += with_others(
+        others = with_others(
             engine,
             found,
             first,
@@ -196,9 +199,16 @@ def with_a_second(
             names,
             lambda name, n=number, one=first: progress((n + 1) / len(firsts), f"{name} beside {one.terms[0]}"),
         )
+        pairs += [pair for pair in others.values() if pair]
+        unfollowed |= {terms: None for terms, pair in others.items() if not pair}
     pool = with_parts(engine, _best_of_each((*found.pool, *pairs)), thresholds, names)
     pool = simplified(engine, pool, thresholds, names)
-    return _tempered(engine, replace(found, pool=pool, lost=(*found.lost, *lost)), names, thresholds)
+    found = replace(found, pool=pool, lost=(*found.lost, *lost), unfollowed=tuple(unfollowed))
+    return _tempered(engine, found, names, thresholds)
+
+
+def _both(first: Model, other: str) -> tuple[str, ...]:
+    return tuple(sorted((*first.terms, other)))
 
 
 def with_others(
@@ -208,11 +218,14 @@ def with_others(
     there: set[tuple[str, ...]],
     names: tuple[str, ...],
     trying: Callable[[str], None],
-) -> list[Model]:
-    """A single effect beside others that gain by themselves, but for pairs that are `there` and effects that hold one another."""
+) -> dict[tuple[str, ...], Model | None]:
+    """A single effect beside others that gain by themselves, but for pairs that are `there` and effects that hold one another.
+
+    By both names; None where no simulation with both found its way.
+    """
     if len(first.terms) > 1:
-        return []
-    one, made = EFFECTS[first.terms[0]], []
+        return {}
+    one, made = EFFECTS[first.terms[0]], {}
     by_name = {model.terms: model for model in found.alone}
     by_name |= {model.terms: model for model in found.pool if model.terms in by_name}  # fitted further
     others = [
@@ -221,14 +234,13 @@ def with_others(
         if len({*first.terms, *terms}) == 2
         and one.widens != terms[0]
         and EFFECTS[terms[0]].widens != one.name
-        and tuple(sorted((*first.terms, *terms))) not in there
+        and _both(first, terms[0]) not in there
     ]
     for other in others[:OTHERS]:
         if engine.patience.over:
             break
         trying(other.terms[0])
-        pair = joined(engine, first, other, found.temper, names)
-        made += [pair] if pair else []
+        made[_both(first, other.terms[0])] = joined(engine, first, other, found.temper, names)
     return made
 
 

@@ -73,10 +73,10 @@ class _Choice:
         """States of which one could stand for the other."""
         whole, found = self._shares.drawn(self._columns()), dict[str, str]()
         for one in self._taken:
+            others = self._columns(but=one)
+            alike = ALIKE * (whole - self._shares.drawn(others))
             for state in (state for state in self._ways if state not in self._taken):
-                others = self._columns(but=one)
-                ahead = whole - self._drawn(state, others).max(0)
-                if np.quantile(ahead - ALIKE * (whole - self._shares.drawn(others)), TAIL) <= 0.0:
+                if np.quantile(whole - self._drawn(state, others).max(0) - alike, TAIL) <= 0.0:
                     found.setdefault(state, one)
                     found.setdefault(one, state)
         return found

@@ -35,10 +35,18 @@ def writable_file(file: Path) -> None:
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Have `write` write a file under a temporary name beside it, then put it in its place."""
+    """Have `write` write a file under a temporary name beside it, then put it in its place.
+
+    Raises:
+        BadInput: it cannot be written; what was there before stays.
+    """
     part = path.with_name(path.name + ".part")
     try:
         write(part)
         part.replace(path)
+    except OSError as error:
+        raise BadInput(
+            f"{path}: cannot be written ({error.strerror or error}); free some space or give another place for --out, and run again"
+        ) from error
     finally:
         part.unlink(missing_ok=True)

@@ -17,7 +17,7 @@ from sim1.mismatch.judging import judge
 from sim1.mismatch.models import Model
 from sim1.mismatch.noise import frame_noise
 from sim1.mismatch.patience import Patience
-from sim1.mismatch.remarks import not_asked, not_foretold, not_set_apart, vote
+from sim1.mismatch.remarks import not_asked, not_followed, not_foretold, not_set_apart, vote
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
@@ -80,7 +80,8 @@ def diagnose(
     something out to learn what it is worth.
 
     Raises:
-        BadInput: fewer than two recordings.
+        BadInput: fewer than two recordings, or markers whose noise nobody knows (`noise_of_blocks_m`).
+        NotConverged: a recording that the baseline cannot follow.
     """
     if len(bundle.recordings) < 2:
         raise BadInput(
@@ -155,6 +156,7 @@ def _diagnose(
             *([noise.remark] if noise.remark else []),
             vote(heldout, judged),
             *not_foretold(foretold),
+            *(not_followed(terms) for terms in found.unfollowed),
             *(not_asked(terms, why) for terms, why in judged.heard.unasked.items()),
             *(not_set_apart(name) for name, error_m in without_m.items() if error_m is None),
             *(f"no force is located in {name}: {why}" for name, why in located.lost.items()),

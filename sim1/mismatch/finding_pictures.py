@@ -33,16 +33,14 @@ def draw_forces(path: Path, bundle: Bundle, found: Diagnosis) -> None:
         for force, course in zip(forces, courses, strict=True):
             right.plot(force.time_s, course, label=force.name, lw=1.2)
         floor = 1e3 * float(np.sqrt(np.mean([force.floor_n**2 for force in forces])))
-        right.set_ylim(
-            top=1.1 * max(floor, *(course.max() for course in courses))
-        )  # one that is steady lies below the edge
+        highest = max(floor, *(course.max() for course in courses))
+        right.set_ylim(0, 1.1 * highest or None)  # one that is steady lies below the edge
         if floor:
             right.axhline(floor, color="k", ls=":", label="noise alone")
         right.legend(fontsize=8)
     left.set(xlabel="u [mm]", ylabel="v [mm]", aspect="equal", title="on the cloth")
     left.invert_yaxis()
     right.set(xlabel="time [s]", ylabel="missing force [mN rms per coordinate]", title="over time")
-    right.set_ylim(bottom=0)
     save_figure(figure, path, dpi=110)
     plt.close(figure)
 

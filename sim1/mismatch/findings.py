@@ -49,19 +49,22 @@ def run_diagnosis(
     is calibrated, in place of all that an earlier diagnosis left in `out`: what ends badly after that leaves no verdict of another bundle.
 
     Raises:
-        BadInput: the bundle is damaged or cannot support a diagnosis, or `out` cannot be written to.
+        BadInput: the bundle is damaged or cannot support a diagnosis, or `out` or a file in it cannot be written.
         NotConverged: a recording that the baseline cannot follow.
-        OSError: a file cannot be written after all.
     """
     given = read_bundle(bundle)
     require_for_diagnosis(given)
     writable_folder(out)
-    patience, untold = Patience(budget_s), cannot_tell(given)
+    untold = cannot_tell(given)
+    patience = Patience(budget_s)
 
     def keep(base: Fit) -> None:
-        for name in FILES:
-            (out / name).unlink(missing_ok=True)
-        write_whole(out / "baseline.yaml", lambda path: write_physics(path, physics_of(given, base)))
+        def write(path: Path) -> None:
+            write_physics(path, physics_of(given, base))
+            for name in reversed(FILES):  # no verdict without its model, whenever it ends
+                (out / name).unlink(missing_ok=True)
+
+        write_whole(out / "baseline.yaml", write)
 
     with patience.interruptible():
         found = diagnose(given, progress=progress, patience=patience, calibrated=keep)

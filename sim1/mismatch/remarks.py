@@ -25,6 +25,11 @@ def not_set_apart(name: str) -> str:
     return f"what {name} adds on motion held out is not known: no model without it was fitted and foretold to the end"
 
 
+def not_followed(terms: Sequence[str]) -> str:
+    """Effects together that were worth a fit and could not be fitted."""
+    return f"{' with '.join(terms)} is judged by nothing: no simulation with both found its way to the end"
+
+
 def vote(heldout: Sequence[str], judged: Judgement) -> str:
     """Whether the recordings that no fit saw had a vote on the verdict, and what became of it: what the error on them is worth."""
     where = f"{', '.join(heldout)}, which no fit saw,"

@@ -19,10 +19,10 @@ FLIPS, DRAWS, SEED = 999, 299, 7
 LEAST_ABOVE = (
     0.1  # of a force's square, taken to be above the noise where less is: shares of next to nothing say nothing
 )
-RIDGE = 1e-9  # of a field's square: a field that does not vary in a draw explains nothing there
+RIDGE = 1e-9  # of the sum of all fields' squares: a field that is nowhere in a draw explains nothing there
 
 type Fields = Callable[[Forces], np.ndarray]
-"""Of a recording's T steps and M markers, K fields (K, T, M, 3)."""
+"""Of a recording's T steps and M markers, K fields (K, T, M, 3), each in a unit of its own."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -35,7 +35,7 @@ class Asked:
     of: Law | Strength
     found: Dependence
     follows: bool  # the state itself; else what the laws explain is stronger with it
-    # Of a law's first field; of a strength, above 0 where the force is more of what it is elsewhere, 0 where it is another.
+    # Of a law's first field [N per its unit]; of a strength, of which the sign alone counts, above 0 where the force is more of what it is elsewhere, 0 where it is another.
     factor: float
 
 

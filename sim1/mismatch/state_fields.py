@@ -20,13 +20,13 @@ type Place = np.ndarray
 """Whether each marker is of the region that carries half of the force, (M,)."""
 
 
-def across(one: Forces, vector: np.ndarray) -> np.ndarray:
+def _across(one: Forces, vector: np.ndarray) -> np.ndarray:
     """Part (T, M, 3) of a vector along the sheet's normal."""
     return (vector * one.states.normal).sum(-1, keepdims=True) * one.states.normal
 
 
 def _along(one: Forces, vector: np.ndarray) -> np.ndarray:
-    return vector - across(one, vector)
+    return vector - _across(one, vector)
 
 
 def _power(velocity: np.ndarray, power: int) -> np.ndarray:
@@ -93,12 +93,12 @@ LAWS = (
         words="pushes along the sheet's normal",
         fields=lambda one: [one.states.normal],
     ),
-    *_speed_laws("the speed across the sheet", "across the sheet", across),
+    *_speed_laws("the speed across the sheet", "across the sheet", _across),
     *_speed_laws("the speed along the sheet", "along the sheet", _along),
     Law(
         state="the speed either way",
         words="grows with the square of the speed and points the same way to and fro",
-        fields=lambda one: _even(one),
+        fields=_even,
     ),
     Law(
         state="the acceleration",
@@ -110,7 +110,7 @@ LAWS = (
         state="the acceleration",
         words="{resists} the acceleration across the sheet",
         vaguely="{resists} the acceleration",
-        fields=lambda one: [across(one, _acceleration(one))],
+        fields=lambda one: [_across(one, _acceleration(one))],
     ),
     Law(
         state="the curvature",

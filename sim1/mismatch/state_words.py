@@ -12,7 +12,7 @@ def words_of(asked: Sequence[Asked]) -> str:
     odd = [isinstance(one.of, Law) and one.of.reverses for one in taken if one.follows]
     phrases = [f"{_does(one)} ({100 * one.found.share:.0f} % of it)" for one in taken]
     parts = [f"it {_listed(phrases, 'and')}" if taken else "no dependence on a state is shown"]
-    if odd:
+    if odd and all(one.found.told or one.of.state != TABLE for one in taken if one.follows):  # one way of it is odd
         parts.append(f"{'all' if all(odd) else 'a part' if any(odd) else 'none'} of that reverses with the motion")
     twins: dict[str, list[str]] = {}
     for one in asked:

@@ -100,6 +100,11 @@ def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, m
     both = ("actuator_lag", "clock_offset")  # that gain alone, tried together once
     assert tried == {("air_drag", "clock_offset"), ("actuator_lag", "air_drag"), both}  # and none beside the hopeless
     assert joint == [("actuator_lag", "clock_offset")]
+    assert found.unfollowed == ()
+    monkeypatch.setattr(contest, "joined", lambda *asked: None)  # no simulation with both finds its way
+    found = contest.with_a_second(engine, known, ("only",), THRESHOLDS, lambda share, what: None)
+    assert found.unfollowed == (both,)
+    assert both not in {model.terms for model in found.pool}
 
 
 def test_what_gains_by_itself_is_tried_beside_the_best_though_no_slope_promises_anything_of_it(unknowns, monkeypatch):
@@ -125,8 +130,8 @@ def test_what_gains_by_itself_is_tried_beside_the_best_though_no_slope_promises_
     assert told == ["grip_slip"]
     # Adhesion was tried, and wind holds the drag of still air.
     assert tried == [(("wind",), ("grip_slip",))]
-    assert [model.terms for model in made] == [("grip_slip", "wind")]
-    assert contest.with_others(engine, found, made[0], there, ("only",), told.append) == []
+    assert {terms: model.terms for terms, model in made.items()} == {("grip_slip", "wind"): ("grip_slip", "wind")}
+    assert contest.with_others(engine, found, *made.values(), there, ("only",), told.append) == {}
     tried.clear()
     # No wind beside air drag either, and two at most.
     contest.with_others(engine, found, others[2], set(), ("only",), told.append)
@@ -135,7 +140,7 @@ def test_what_gains_by_itself_is_tried_beside_the_best_though_no_slope_promises_
     more = replace(found, alone=(best, *others, replace(best, terms=("shrinkage",))))
     assert len(contest.with_others(engine, more, best, set(), ("only",), told.append)) == contest.OTHERS == 2
     engine.patience.interrupt()
-    assert contest.with_others(engine, more, best, set(), ("only",), told.append) == []
+    assert contest.with_others(engine, more, best, set(), ("only",), told.append) == {}
 
 
 def test_two_effects_that_were_fitted_alone_are_fitted_together_from_where_each_arrived():

@@ -16,6 +16,7 @@ from sim1.mismatch.findings import FILES, run_diagnosis
 from sim1.mismatch.fit import Fit
 from sim1.mismatch.search import baseline
 from sim1.recording.bundle import write_bundle
+from sim1.stage import BadInput
 
 
 @pytest.fixture(scope="module")
@@ -72,19 +73,36 @@ def test_a_prediction_that_cannot_be_written_is_told_before_anything_is_simulate
     )
 
 
-def test_a_disk_that_is_full_in_the_end_is_told_in_one_line(bundle, tmp_path, monkeypatch):
-    def full(*args, **kwargs):
-        raise OSError(errno.ENOSPC, "No space left on device", str(tmp_path / "out" / "forces.npz.part"))
+def full(path, *args, **kwargs):
+    raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
-    monkeypatch.setattr("sim1.mismatch.findings.diagnose", full)
-    monkeypatch.setattr("sim1.mismatch.predict.predict", full)
+
+def test_a_disk_that_is_full_in_the_end_is_told_in_one_line(bundle, base, tmp_path, monkeypatch):
+    class Foretold:
+        to_parquet = staticmethod(full)
+
+    monkeypatch.setattr("sim1.mismatch.findings.diagnose", lambda given, *, calibrated, **how: calibrated(base))
+    monkeypatch.setattr("sim1.mismatch.findings.write_physics", full)
+    monkeypatch.setattr("sim1.mismatch.predict.predict", lambda *asked: Foretold)
     monkeypatch.setattr("sim1.mismatch.predict.read_physics", lambda path: None)
-    for said in (
-        said_by("diagnose", bundle, "--out", tmp_path / "out"),
-        said_by("predict", bundle, "--model", "m.yaml", "--out", tmp_path / "out" / "p.parquet"),
+    out = tmp_path / "out"
+    for name, said in (
+        ("baseline.yaml", said_by("diagnose", bundle, "--out", out)),
+        ("p.parquet", said_by("predict", bundle, "--model", "m.yaml", "--out", out / "p.parquet")),
     ):
-        assert "forces.npz.part: No space left on device; free some space" in said
+        assert f"{name}: cannot be written (No space left on device); free some space" in said
         assert "Traceback" not in said
+
+
+def test_a_full_disk_takes_no_earlier_diagnosis_away(bundle, base, tmp_path, monkeypatch):
+    monkeypatch.setattr("sim1.mismatch.findings.diagnose", lambda given, *, calibrated, **how: calibrated(base))
+    monkeypatch.setattr("sim1.mismatch.findings.write_physics", full)
+    for name in FILES:
+        (tmp_path / name).write_text("of an earlier diagnosis")
+    with pytest.raises(BadInput, match=r"baseline\.yaml: cannot be written"):
+        run_diagnosis(bundle, tmp_path, lambda share, what: None)
+    whole = dict.fromkeys(FILES, "of an earlier diagnosis")
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == whole
 
 
 def test_what_ends_badly_after_the_calibration_leaves_its_baseline_and_no_verdict_of_an_earlier_bundle(
@@ -124,7 +142,7 @@ def test_half_a_file_is_none(tmp_path):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     (tmp_path / "verdict.json").write_text("whole")
-    with pytest.raises(OSError, match="No space"):
+    with pytest.raises(BadInput, match=r"verdict\.json: cannot be written \(No space"):
         write_whole(tmp_path / "verdict.json", half)
     assert [path.name for path in tmp_path.iterdir()] == ["verdict.json"]
     assert (tmp_path / "verdict.json").read_text() == "whole"

@@ -134,7 +134,7 @@ def test_whether_motion_held_out_had_a_vote_is_told(page):
     assert VOTE in page()
 
 
-def test_a_summary_of_before_that_lists_nothing_undecided_still_gives_a_page(page):
+def test_where_nothing_is_undecided_no_table_of_it_is_shown(page):
     said = page(summary={"undecided": ()})
     assert "the recording that would decide" not in said
     assert NEXT in said
