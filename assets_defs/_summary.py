@@ -10,6 +10,7 @@ from assets_defs._store import place
 from pipeline import GraphError, Node, load_graph
 from pipeline.home import PROFILES
 from sim1.report import Picture, Section, write_report
+from sim1.whole_file import whole_file
 
 PICTURES_AT_MOST = 3  # per artifact
 
@@ -30,18 +31,17 @@ def write_summary(snapshot: Snapshot) -> Path:
     index = f"Below, in the order of the graph: {', '.join(section.heading for section in made)}."
     home.store.mkdir(parents=True, exist_ok=True)
     page = home.store / "report.html"
-    part = page.with_suffix(".part")
-    write_report(
-        part,
-        title="From scan to scaling curve",
-        lead=(
-            f"{_origin(states, profile)} Garments: {', '.join(snapshot.garments)}. Shipped scans are virtual, demonstrations come from a "
-            "scripted expert (from a person for garments with commands in data/demonstrations/), and simulation plays the part of reality: but for those that are called the paper's, no figure on this page was "
-            "measured on a real robot."
-        ),
-        sections=[*found, Section(heading="What every stage made", paragraphs=[index]), *made],
-    )
-    part.rename(page)
+    with whole_file(page) as part:
+        write_report(
+            part,
+            title="From scan to scaling curve",
+            lead=(
+                f"{_origin(states, profile)} Garments: {', '.join(snapshot.garments)}. Shipped scans are virtual, demonstrations come from a "
+                "scripted expert (from a person for garments with commands in data/demonstrations/), and simulation plays the part of reality: but for those that are called the paper's, no figure on this page was "
+                "measured on a real robot."
+            ),
+            sections=[*found, Section(heading="What every stage made", paragraphs=[index]), *made],
+        )
     return page
 
 

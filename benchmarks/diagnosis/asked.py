@@ -9,6 +9,7 @@ from typing import Any
 from sim1.proof.answers import Answers, read_answers
 from sim1.recording.bundle import Bundle, read_bundle
 from sim1.stage import BadInput
+from sim1.whole_file import whole_file
 
 
 def bundle_of(folder: Path) -> Path:
@@ -48,10 +49,9 @@ def each_once[Found](
     for folder, answers, path in given:
         if not path.is_file():
             out.mkdir(parents=True, exist_ok=True)
-            part = path.with_name(f"{path.name}.part")
             found = ask(read_bundle(bundle_of(folder)))
-            part.write_text(json.dumps({"of": _of(what, folder, answers), "found": found}))
-            part.replace(path)
+            with whole_file(path) as part:
+                part.write_text(json.dumps({"of": _of(what, folder, answers), "found": found}))
             tell(f"{folder.name}: done")
         yield answers, _kept(path)["found"]
 

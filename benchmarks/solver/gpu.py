@@ -16,6 +16,7 @@ from benchmarks.solver.contestants import Contestant
 from benchmarks.solver.cost import measured, newton_pull
 from benchmarks.solver.newton_run import NewtonRun, now_s
 from benchmarks.solver.stretch import pull, rounded
+from sim1.whole_file import whole_file
 
 GPU = "cuda:0"
 FRAME_RATE = 60  # frames per simulated second
@@ -45,9 +46,8 @@ def main() -> None:
     }
     for name, measure in SECTIONS.items():
         document[name] = measure()
-        part = path.with_suffix(".part")
-        part.write_text(json.dumps(document, indent=1) + "\n")
-        part.replace(path)
+        with whole_file(path) as part:
+            part.write_text(json.dumps(document, indent=1) + "\n")
         print(f"[{time.monotonic() - began:5.0f} s] {name}: {json.dumps(document[name])}", flush=True)
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from sim1.stage import BadInput
+from sim1.whole_file import whole_file
 
 
 def writable_folder(folder: Path) -> None:
@@ -40,13 +41,10 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     Raises:
         BadInput: it cannot be written; what was there before stays.
     """
-    part = path.with_name(path.name + ".part")
     try:
-        write(part)
-        part.replace(path)
+        with whole_file(path) as part:
+            write(part)
     except OSError as error:
         raise BadInput(
             f"{path}: cannot be written ({error.strerror or error}); free some space or give another place for --out, and run again"
         ) from error
-    finally:
-        part.unlink(missing_ok=True)

@@ -12,6 +12,7 @@ from safetensors.torch import save_file
 from torch import nn
 
 from sim1.stage import BadInput
+from sim1.whole_file import whole_file
 
 SCHEMA = "sim1.policy/2"
 MIN_SPREAD = 0.01  # rad, m or openness: a channel that hardly moves is not blown up by its normalisation
@@ -86,9 +87,8 @@ def save_policy(path: Path, policy: ChunkPolicy, learnt: str = "") -> None:
     tensors = {name: tensor.contiguous() for name, tensor in sorted(policy.state_dict().items())}
     # One entry: safetensors writes several in an order that changes from process to process.
     about = json.dumps({"schema": SCHEMA, **asdict(policy.shape), "learnt": learnt}, sort_keys=True)
-    part = path.with_name(f"{path.name}.part")
-    save_file(tensors, part, metadata={"policy": about})
-    part.replace(path)
+    with whole_file(path) as part:
+        save_file(tensors, part, metadata={"policy": about})
 
 
 def load_policy(path: Path) -> ChunkPolicy:

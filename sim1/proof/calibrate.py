@@ -12,6 +12,7 @@ from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.thresholds import SCHEMA, Measured, Null
 from sim1.proof.outcome import Found, Outcome
 from sim1.stage import BadInput, random_stream
+from sim1.whole_file import whole_file
 
 LEVEL = 0.05  # share of bundles with nothing missing that may exceed any of the thresholds, which share it evenly
 SHARED_BY = 4  # thresholds: a name's worth, two of misfit, and what any model gains
@@ -121,6 +122,5 @@ def write_thresholds(path: Path, measured: Measured) -> None:
     """Write the file that `sim1.mismatch.thresholds` reads."""
     fields = asdict(measured)
     fields |= {name: list(fields[name]) for name in ("nulls", "named_ci95", "code_sha256")}
-    part = path.with_name(f"{path.name}.part")
-    part.write_text(yaml.safe_dump({"schema": SCHEMA, **fields}, sort_keys=False))
-    part.replace(path)
+    with whole_file(path) as part:
+        part.write_text(yaml.safe_dump({"schema": SCHEMA, **fields}, sort_keys=False))

@@ -13,7 +13,7 @@ from threading import Lock
 from sim1.mismatch.strict_json import read_json
 from sim1.proof.closure import code_sha256, laboratory_sha256
 from sim1.proof.draw import Case
-from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
+from sim1.proof.files import Drawn, Files, Record, case_names, write_model
 from sim1.proof.found_seal import begin, end
 from sim1.proof.laboratory import Laboratory, filmed
 from sim1.proof.processes import NotDone, Processes
@@ -210,5 +210,5 @@ def _record(
 
 
 def _written(campaign: Campaign, record: Record) -> Record:
-    write_whole(campaign.files.record(record.case), record)
+    write_model(campaign.files.record(record.case), record)
     return record

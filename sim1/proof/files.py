@@ -8,6 +8,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, write_json
 from sim1.proof.draw import Case
+from sim1.whole_file import whole_file
 
 
 class Drawn(Strict):
@@ -147,9 +148,8 @@ def case_names(count: int) -> tuple[str, ...]:
     return tuple(f"case_{number:03d}" for number in range(1, count + 1))
 
 
-def write_whole(path: Path, content: Strict) -> None:
+def write_model(path: Path, content: Strict) -> None:
     """Write a model so that it is there as a whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    write_json(part, content)
-    part.replace(path)
+    with whole_file(path) as part:
+        write_json(part, content)

@@ -9,6 +9,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict
 from sim1.stage import BadInput
+from sim1.whole_file import whole_file
 
 NAME = "commitments.jsonl"
 
@@ -69,15 +70,14 @@ def hashes(root: Path, files: list[Path]) -> dict[str, str]:
 
 def add(root: Path, line: Line) -> str:
     """Add a line, so that it is there as a whole or not at all; returns the SHA-256 of its bytes, to be published."""
-    path, part = root / NAME, root / f"{NAME}.part"
+    path = root / NAME
     lines = path.read_bytes().splitlines(keepends=True) if path.is_file() else []
     chained = line.model_copy(update={"before": _hash(lines[-1]) if lines else None})
     added = chained.model_dump_json().encode() + b"\n"
-    with part.open("wb") as file:
+    with whole_file(path) as part, part.open("wb") as file:
         file.writelines([*lines, added])
         file.flush()
         os.fsync(file.fileno())
-    part.replace(path)
     return _hash(added)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from sim1.cloth.physics import ClothPhysics
 from sim1.proof.again import Films
 from sim1.proof.answers import REMEDY, Answers, read_answers, read_courses
-from sim1.proof.files import Files, Oracle, write_whole
+from sim1.proof.files import Files, Oracle, write_model
 from sim1.proof.outcome import Outcome
 from sim1.proof.unseen import motions_of, off_m
 from sim1.recording.bundle import Bundle, read_bundle
@@ -49,7 +49,7 @@ def ask_oracle(films: Films, outcomes: tuple[Outcome, ...]) -> None:
                 lost["unseen"] = str(error)
         seconds = round(time.monotonic() - began, 3)
         answer = Oracle(case=one.case, heldout_mm=heldout_mm, unseen_mm=unseen_mm, lost=lost, seconds=seconds)
-        write_whole(files.oracle(one.case), answer)
+        write_model(files.oracle(one.case), answer)
         said = (
             "no simulation of the oracle found its way"
             if heldout_mm is None

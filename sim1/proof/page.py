@@ -6,6 +6,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from sim1.proof.proof import Proof
 from sim1.proof.totals import NAMELESS, Share, Totals
+from sim1.whole_file import whole_file
 
 
 def write_page(path: Path, proof: Proof) -> None:
@@ -13,11 +14,10 @@ def write_page(path: Path, proof: Proof) -> None:
     loader = FileSystemLoader(Path(__file__).parent)
     surroundings = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     surroundings.filters["share"] = said
-    part = path.with_name(path.name + ".part")
     shades = [_shades(row) for row in proof.confusion.counts]
     template = surroundings.get_template("proof.html.jinja")
-    part.write_text(template.render(proof=proof, shades=shades, nameless=NAMELESS), encoding="utf-8")
-    part.replace(path)
+    with whole_file(path) as part:
+        part.write_text(template.render(proof=proof, shades=shades, nameless=NAMELESS), encoding="utf-8")
 
 
 def said(share: Share) -> str:

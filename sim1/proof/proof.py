@@ -11,7 +11,7 @@ from sim1.mismatch.strict_json import Strict, read_json
 from sim1.mismatch.verdict import read_verdict
 from sim1.proof.answers import kind_from
 from sim1.proof.draw import Case
-from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
+from sim1.proof.files import Drawn, Files, Record, case_names, write_model
 from sim1.proof.found_seal import Diagnosed, check_found, check_verdict, diagnosed
 from sim1.proof.fresh import null_seeds
 from sim1.proof.ledger import Begun, Commitment, Ended, read_lines
@@ -86,7 +86,7 @@ def keep(files: Files, record: Record, judged: Outcome | NotScored) -> None:
     if files.carried(record.case):
         return
     if isinstance(judged, Outcome):
-        write_whole(files.outcome(record.case), judged)
+        write_model(files.outcome(record.case), judged)
     elif record.step == "diagnose":  # what was scored before answers changed must not come back once they are gone
         files.outcome(record.case).unlink(missing_ok=True)
 

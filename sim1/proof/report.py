@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from sim1.proof.campaign import lost_record, read_record
-from sim1.proof.files import Drawn, Files, Record, case_names, write_whole
+from sim1.proof.files import Drawn, Files, Record, case_names, write_model
 from sim1.proof.outcome import Outcome
 from sim1.proof.page import write_page
 from sim1.proof.proof import NotScored, Proof, judge, keep, proof_of
@@ -53,6 +53,6 @@ def write_proof(files: Files, drawn: Drawn, records: Sequence[Record], judged: S
 
 
 def _written(files: Files, proof: Proof) -> Proof:
-    write_whole(files.root / "proof.json", proof)
+    write_model(files.root / "proof.json", proof)
     write_page(files.root / "proof.html", proof)
     return proof

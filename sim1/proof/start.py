@@ -9,7 +9,7 @@ import numpy as np
 from sim1.mismatch.strict_json import read_json
 from sim1.proof.closure import laboratory_sha256
 from sim1.proof.draw import Strength, draw_cases, read_cases
-from sim1.proof.files import Drawn, Files, write_whole
+from sim1.proof.files import Drawn, Files, write_model
 from sim1.proof.fresh import FILE, null_seeds
 from sim1.proof.laboratory import Laboratory
 from sim1.proof.seal import LIST, check, commit, committed
@@ -71,7 +71,7 @@ def open_campaign(files: Files, wish: Wish, laboratory: tuple[str, ...], home: P
         laboratory=wish.laboratory or laboratory,
         cases=cases,
     )
-    write_whole(files.drawn, drawn)
+    write_model(files.drawn, drawn)
     _commit(files, drawn, home, code)
     return drawn
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from sim1.render.appearance import SCHEMA
 from sim1.stage import BadInput
+from sim1.whole_file import whole_file
 
 NAME = "appearance.json"
 RENDERED_ON = "rendered_on"  # devices; known when frames are rendered, and no reason to render them again
@@ -61,6 +62,5 @@ def _found(path: Path) -> dict[str, Any]:
 
 def _write(path: Path, about: dict[str, Any]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    part.write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")
-    part.replace(path)
+    with whole_file(path) as part:
+        part.write_text(json.dumps(about, indent=1, sort_keys=True) + "\n")

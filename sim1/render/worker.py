@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from sim1.whole_file import whole_file
+
 
 def main(job_folder: Path, out: Path, threads: int) -> int:
     talk = os.fdopen(os.dup(1), "w", buffering=1)
@@ -50,15 +52,14 @@ def main(job_folder: Path, out: Path, threads: int) -> int:
             scene.set_frame(garment_m=footage.garment_m[at], parts=footage.parts[at])
             path = job.frame_path(out, clip, camera, frame)
             path.parent.mkdir(parents=True, exist_ok=True)
-            part = path.with_name(path.name + ".part")
-            scene.render(
-                part,
-                camera_to_world=footage.cameras[camera][at],
-                fy_over_height=job.fy_over_height[camera],
-                seed=job.picture_seed(clip, camera, frame),
-            )
-            _keep_pixels_only(part)
-            os.replace(part, path)
+            with whole_file(path) as part:
+                scene.render(
+                    part,
+                    camera_to_world=footage.cameras[camera][at],
+                    fy_over_height=job.fy_over_height[camera],
+                    seed=job.picture_seed(clip, camera, frame),
+                )
+                _keep_pixels_only(part)
             say(rendered=path.relative_to(out).as_posix())
     return 0
 

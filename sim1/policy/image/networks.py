@@ -23,6 +23,7 @@ from sim1.policy.image.training import TrainingPlan, train
 from sim1.progress import overheard, report, within
 from sim1.quota import Quota, Row, Ticket
 from sim1.stage import BadInput
+from sim1.whole_file import whole_file
 
 POLICY, LOSSES, ERRORS = "policy", "losses.parquet", "errors.parquet"
 TRAINED = 0.85  # share of a network's progress that is reached when it is trained
@@ -124,9 +125,8 @@ def take_policies(root: Path, seeds: Sequence[int], out: Path) -> None:
 
 def _note(path: Path, done: float, total: float, what: str) -> None:
     """For the process that started this one."""
-    part = path.with_suffix(".part")
-    part.write_text(str(done / total if total else 0.0))
-    part.replace(path)
+    with whole_file(path) as part:
+        part.write_text(str(done / total if total else 0.0))
 
 
 def _noted(path: Path) -> float:

@@ -9,7 +9,7 @@ from sim1.mismatch.strict_json import read_json
 from sim1.proof.again import Films
 from sim1.proof.baselines.residual import heldout_m
 from sim1.proof.baselines.sindy import pysindy_stlsq, sparse_effects
-from sim1.proof.files import Baselines, Files, Generic, Sparse, write_whole
+from sim1.proof.files import Baselines, Files, Generic, Sparse, write_model
 from sim1.proof.outcome import Outcome
 from sim1.recording.bundle import Bundle, read_bundle
 
@@ -38,7 +38,7 @@ def ask_baselines(films: Films, outcomes: tuple[Outcome, ...]) -> None:
             known = read_json(path, Baselines, "remove it and ask again") if path.is_file() else told
             if getattr(known, field) is None and (filmed := films.of(one.case)) is not None:
                 answer = ask(read_bundle(filmed.bundle(one.case)), read_physics(_baseline(files, one.case)))
-                write_whole(path, known.model_copy(update={field: answer}))
+                write_model(path, known.model_copy(update={field: answer}))
                 films.tell(f"{one.case}: {_told(answer)}; {number} of {len(asked)} asked")
 
 
