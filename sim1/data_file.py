@@ -16,8 +16,8 @@ class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-def read_yaml(path: Path) -> Any:
-    """What a YAML file holds.
+def read_yaml(path: Path, remedy: str = "restore the file") -> Any:
+    """What a YAML file holds; `remedy` says what to do where there is none to read.
 
     Raises:
         BadInput: no such file, not UTF-8, not YAML, no such date, a key there twice; names the line where there is one.
@@ -25,7 +25,7 @@ def read_yaml(path: Path) -> Any:
     try:
         return yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeys)
     except OSError as error:
-        raise BadInput(f"{path}: cannot be read ({error.strerror}); restore the file") from error
+        raise BadInput(f"{path}: cannot be read ({error.strerror}); {remedy}") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         said = " ".join(str(error).split()).replace('in "<unicode string>", ', "")
         raise BadInput(f"{path}: not readable as YAML ({said}); correct the file") from error

@@ -8,9 +8,8 @@ from typing import Literal
 
 import numpy as np
 import pydantic
-import yaml
 
-from sim1.data_file import explained
+from sim1.data_file import explained, read_yaml
 from sim1.mismatch.strict_json import Strict
 from sim1.stage import BadInput
 
@@ -104,11 +103,9 @@ def read_cases(path: Path) -> tuple[Case, ...]:
     Raises:
         BadInput: not readable, or not such a list.
     """
+    content = read_yaml(path, "give a list of cases")
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
         cases = pydantic.TypeAdapter(tuple[Case, ...]).validate_python(content)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise BadInput(f"{path}: not readable as YAML ({error})") from error
     except pydantic.ValidationError as error:
         raise BadInput(f"{path}: {explained(error)}") from error
     if not cases:

@@ -3,11 +3,10 @@
 from pathlib import Path
 
 import pydantic
-import yaml
 
+from sim1.data_file import read_yaml
 from sim1.recording.problems import Several
 from sim1.stage import BadInput
-from sim1.unique_keys import UniqueKeys
 
 
 class Strict(pydantic.BaseModel):
@@ -36,12 +35,7 @@ def read_strict[T: Strict](path: Path, model: type[T], what: str) -> T:
         BadInput: missing, not YAML, an unknown, missing or repeated key, a value of another type or out of range; names
             the key.
     """
-    try:
-        raw = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeys)
-    except FileNotFoundError as error:
-        raise BadInput(f"{path}: missing; expected {what}") from error
-    except (yaml.YAMLError, ValueError, OSError, RecursionError) as error:  # a ValueError: not UTF-8, or no such date
-        raise BadInput(f"{path}: not readable as YAML ({' '.join(str(error).split())[:300]})") from error
+    raw = read_yaml(path, f"expected {what}")
     try:
         return model.model_validate(raw)
     except pydantic.ValidationError as error:

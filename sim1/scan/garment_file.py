@@ -7,12 +7,10 @@ from typing import Literal
 
 import numpy as np
 import pydantic
-import yaml
 from pydantic.dataclasses import dataclass
 
-from sim1.data_file import explained
+from sim1.data_file import explained, read_yaml
 from sim1.stage import BadInput
-from sim1.unique_keys import UniqueKeys
 
 METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 
@@ -73,14 +71,7 @@ def read_garment_file(path: Path) -> GarmentFile:
         BadInput: not readable, not YAML, a key that is unknown, missing or there twice, a value out of range, axes that
             are not at right angles.
     """
-    try:
-        values = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeys)
-    except OSError as error:
-        raise BadInput(
-            f"{path}: the garment file cannot be read ({error.strerror}); docs/scan-format.md shows one"
-        ) from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path}: not valid YAML ({' '.join(str(error).split())})") from error
+    values = read_yaml(path, "docs/scan-format.md shows a garment file")
     if not isinstance(values, dict):
         raise BadInput(
             f"{path}: expected keys and values, got {type(values).__name__}; docs/scan-format.md shows a garment file"

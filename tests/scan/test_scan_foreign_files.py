@@ -55,14 +55,14 @@ def test_a_face_that_names_a_vertex_before_the_first_is_refused_with_its_line(tm
 
 def test_a_key_that_stands_twice_in_a_garment_file_is_refused(garment_file):
     garment_file.write_text(garment_file.read_text() + "units: mm\n")
-    with pytest.raises(BadInput, match=r"garment\.yaml: not valid YAML \(the key 'units' occurs twice"):
+    with pytest.raises(BadInput, match=r"garment\.yaml: not readable as YAML \(the key 'units' occurs twice"):
         read_garment_file(garment_file)
 
 
 def test_a_garment_file_that_cannot_be_read_is_named_with_where_to_find_one(tmp_path):
     (tmp_path / "folder.yaml").mkdir()
     for name, reason in (("missing.yaml", "No such file"), ("folder.yaml", "Is a directory")):
-        with pytest.raises(BadInput, match=rf"{name}: the garment file cannot be read \({reason}.*scan-format\.md"):
+        with pytest.raises(BadInput, match=rf"{name}: cannot be read \({reason}.*scan-format\.md"):
             read_garment_file(tmp_path / name)
 
 
