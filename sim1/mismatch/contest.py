@@ -22,6 +22,7 @@ LONGEST = 10  # iterations after which the leader's search ends, converged or no
 NEAR, FAR = 270.0, 0.3  # nats, and of what the best gains: models further behind it are not fitted again
 STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one search differ by less
 PARTNERS = 3  # second effects that are tried beside each
+HINT = 30.0  # nats that slopes must promise of one: less than a name is worth, as on the coarser mesh they foretell to a quarter
 OTHERS = 2  # that gain by themselves and that no slopes promise anything of beside the best
 FIRSTS = 3  # models that they are tried beside: the best one and its closest rivals
 
@@ -184,7 +185,7 @@ def with_a_second(
                 (n + share) / len(firsts), f"{name} beside {one.terms[0]}"
             ),
             most=PARTNERS,
-            least=PROMISING,
+            least=HINT,
             variants=first.variants,
         )
         pairs += tried.models

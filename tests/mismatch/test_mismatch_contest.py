@@ -83,6 +83,7 @@ def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, m
     pool = [Model(terms=(), fit=stuck, variants=1), *singles, Model(terms=("adhesion",), fit=stuck, variants=1)]
 
     def with_drag(engine, base, *rest, **how):
+        assert how["least"] < 0.75 * THRESHOLDS.named  # slopes on the coarser mesh foretell to a quarter
         pair = tuple(sorted((names[id(base)], "air_drag")))
         return Tried(models=(Model(terms=pair, fit=base, variants=1),))
 
