@@ -99,7 +99,8 @@ def contacts_of(model: Any, physics: ClothPhysics, config: CellConfig) -> tuple[
     import newton
     import warp as wp
 
-    from sim1.cloth.effects import Adhesion, acted_effects
+    from sim1.cloth.effects import acted_effects
+    from sim1.cloth.effects.adhesion import Adhesion
 
     pipeline = newton.CollisionPipeline(
         model,

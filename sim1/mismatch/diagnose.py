@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.borne_out import parts_of
 from sim1.mismatch.contest import contest
@@ -24,10 +25,6 @@ from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 from sim1.recording.bundle import Bundle
 from sim1.recording.lateness import is_late
 from sim1.stage import BadInput
-
-DELAYS = frozenset(
-    {"clock_offset", "actuator_lag"}
-)  # what makes markers come late, as can be measured without simulating
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,4 +183,4 @@ def _without_each(
 
 def delays_measured(bundle: Bundle) -> frozenset[str]:
     """Effects of which the recordings show one without any simulation, if they do."""
-    return DELAYS if is_late(bundle) else frozenset()
+    return frozenset(name for name, effect in EFFECTS.items() if effect.delays) if is_late(bundle) else frozenset()

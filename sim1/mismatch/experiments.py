@@ -1,14 +1,15 @@
 """Which recording would settle what a verdict leaves open, or put a name to the test that others can imitate."""
 
+from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.apart import apart
 from sim1.mismatch.decide import rating
 from sim1.mismatch.diagnose import Diagnosis
 from sim1.mismatch.excess import mean_square, worst_recording
 from sim1.mismatch.models import Model
 from sim1.mismatch.ranked import joined
+from sim1.mismatch.separating import SEPARATING
 from sim1.mismatch.summary import Undecided
 from sim1.mismatch.thresholds import THRESHOLDS
-from sim1.mismatch.varied import SEPARATING, TESTING, VARIED
 
 
 def next_experiment(found: Diagnosis) -> str:
@@ -28,7 +29,7 @@ def left_open(found: Diagnosis) -> Undecided | None:
         return _of_two(found.chosen, min(found.rivals, key=rating))
     if found.verdict == "unknown" or found.misfit["chosen"] > THRESHOLDS.misfit:
         return _of_what_is_left(found.chosen)
-    tests = [(name, TESTING[name]) for name in found.chosen.terms if name in TESTING]
+    tests = [(name, test) for name in found.chosen.terms if (test := EFFECTS[name].testing)]
     if not tests:
         return None
     name, test = tests[0]
@@ -52,7 +53,7 @@ def _varied(chosen: Model, rival: Model) -> str:
     other = [name for name in rival.terms if name not in chosen.terms]
     pairs = [frozenset((one, two)) for one in own for two in other]
     known = [SEPARATING[pair] for pair in pairs if pair in SEPARATING]
-    return "; ".join(known or [VARIED[name] for name in (*own, *other)])
+    return "; ".join(known or [EFFECTS[name].varied for name in (*own, *other)])
 
 
 def _of_what_is_left(chosen: Model) -> Undecided:

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from sim1.cloth.cell import Cell, CellConfig, SimulationBroke
-from sim1.cloth.effects import AnisotropicFriction
+from sim1.cloth.effects.anisotropic_friction import AnisotropicFriction
 from sim1.cloth.garment import read_garment_mesh
 from sim1.cloth.physics import ClothPhysics, read_physics
 from sim1.episode import RATE_HZ, episode_folders, read_episode, read_start

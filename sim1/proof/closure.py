@@ -56,7 +56,8 @@ def _started(home: Path, module: str) -> str | None:
 def closure(root: Path, entry: str = ENTRY, packages: Sequence[str] = PACKAGES) -> tuple[Path, ...]:
     """Files of `packages` that `entry` imports, they import and so on, wherever in them it is said, and the data beside them, sorted.
 
-    `root` holds the packages. An import that is never reached counts too; one by a name that is put together as it runs is not seen.
+    `root` holds the packages. An import that is never reached counts too, and of a package that speaks of its `__path__`, to import what
+    lies there, every module; another import by a name that is put together as it runs is not seen.
 
     Raises:
         BadInput: no such entry, or a file that is no Python.
@@ -95,3 +96,5 @@ def _imported(path: Path, name: str) -> Iterator[str]:
             base = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
             yield base
             yield from (f"{base}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Name) and node.id == "__path__":
+            yield from (f"{name}.{one.stem}" for one in sorted(path.parent.glob("*.py")) if one != path)

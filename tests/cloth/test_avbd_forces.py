@@ -3,7 +3,8 @@ import pytest
 from avbd_elements import Elements, downhill, fold_angle, membrane_energy, woven_energy
 from avbd_sheets import Run, cloth, triangle_grid
 
-from sim1.cloth.effects import AnisotropicStretch, StrainStiffening
+from sim1.cloth.effects.anisotropic_stretch import AnisotropicStretch
+from sim1.cloth.effects.strain_stiffening import StrainStiffening
 
 MU, LAMBDA, BENDING = 120.0, 80.0, 3e-3
 EDGE = 0.05

@@ -4,7 +4,8 @@ import pytest
 import yaml
 
 from sim1.cloth.cell_physics import cell_physics, effects_left_out
-from sim1.cloth.effects import AirDrag, acted_effects
+from sim1.cloth.effects import acted_effects
+from sim1.cloth.effects.air_drag import AirDrag
 from sim1.cloth.physics import (
     ClothPhysics,
     Friction,

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from sim1.cloth.effects import EFFECTS, AnisotropicStretch, effects_of
+from sim1.cloth.effects import EFFECTS, effects_of
+from sim1.cloth.effects.anisotropic_stretch import AnisotropicStretch
 from sim1.cloth.physics import physics_record, read_physics
 from sim1.stage import BadInput
 

@@ -5,7 +5,9 @@ import pytest
 from avbd_sheets import G, Run, cloth, hold, square_grid
 from scipy.spatial.transform import Rotation
 
-from sim1.cloth.effects import EFFECTS, AirDrag, AnisotropicStretch, Effect, acted_effects, effects_of
+from sim1.cloth.effects import EFFECTS, Effect, acted_effects, effects_of
+from sim1.cloth.effects.air_drag import AirDrag
+from sim1.cloth.effects.anisotropic_stretch import AnisotropicStretch
 from sim1.cloth.precise.world import World
 from sim1.stage import BadInput
 

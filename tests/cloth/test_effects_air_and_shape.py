@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 from avbd_sheets import G, Run, cloth, hold, square_grid
 
-from sim1.cloth.effects import AddedMass, AnisotropicStretch, Shrinkage, StrainStiffening, Wind
+from sim1.cloth.effects.added_mass import AddedMass
+from sim1.cloth.effects.anisotropic_stretch import AnisotropicStretch
+from sim1.cloth.effects.shrinkage import Shrinkage
+from sim1.cloth.effects.strain_stiffening import StrainStiffening
+from sim1.cloth.effects.wind import Wind
 
 DENSITY = 0.2
 POINTS, FACES = square_grid(6, 6, 0.02)

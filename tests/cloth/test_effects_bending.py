@@ -9,14 +9,12 @@ from avbd_elements import fold_angle
 from avbd_sheets import Run, cloth, hold, make_plate, triangle_grid
 from scipy.optimize import brentq
 
-from sim1.cloth.effects import (
-    AnisotropicBending,
-    BendingHysteresis,
-    Effect,
-    PlasticCrease,
-    RestCurvature,
-    Shrinkage,
-)
+from sim1.cloth.effects import Effect
+from sim1.cloth.effects.anisotropic_bending import AnisotropicBending
+from sim1.cloth.effects.bending_hysteresis import BendingHysteresis
+from sim1.cloth.effects.plastic_crease import PlasticCrease
+from sim1.cloth.effects.rest_curvature import RestCurvature
+from sim1.cloth.effects.shrinkage import Shrinkage
 
 DENSITY = 0.2
 FREE = (0.0, 0.0, 0.0)

@@ -6,7 +6,10 @@ import pytest
 from avbd_sheets import RADIUS, G, Run, cloth, square_grid
 from scipy.integrate import solve_ivp
 
-from sim1.cloth.effects import Adhesion, AnisotropicFriction, Effect, StaticFriction
+from sim1.cloth.effects import Effect
+from sim1.cloth.effects.adhesion import Adhesion
+from sim1.cloth.effects.anisotropic_friction import AnisotropicFriction
+from sim1.cloth.effects.static_friction import StaticFriction
 
 POINTS, FACES = square_grid(5, 5, 0.03)
 ON_THE_TABLE = POINTS - POINTS.mean(axis=0) + np.array([0.0, 0.0, RADIUS])

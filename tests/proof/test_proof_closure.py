@@ -14,13 +14,15 @@ FILES = {
     "sim1/__init__.py": "",
     "sim1/other.py": "other = 1\n",
     "sim1/deep/__init__.py": "from .near import name\n",
-    "sim1/deep/far.py": "import numpy, sim1.deep.farther as f\nfrom json import loads\n",
+    "sim1/deep/far.py": "import numpy, sim1.deep.farther as f, sim1.listed\nfrom json import loads\n",
     "sim1/deep/farther.py": "",
     "sim1/deep/near.py": "name = 1\n",
     "sim1/deep/limits.yaml": "a: 1\n",
     "sim1/deep/page.jinja": "",
     "sim1/deep/notes.md": "",
     "sim1/deep/alone.py": "",
+    "sim1/listed/__init__.py": "from pkgutil import iter_modules\nnames = list(iter_modules(__path__))\n",
+    "sim1/listed/one.py": "",
 }
 LOADED = set(FILES) - {"assets_defs/cli.py", "sim1/other.py", "sim1/deep/notes.md", "sim1/deep/alone.py"}
 

@@ -1,90 +1,44 @@
-"""Physics beyond the plain cloth model: one file per effect, registered by its name in `model.yaml`.
+"""Physics beyond the plain cloth model: one file per effect, found by lying in this folder, registered by its name in `model.yaml`.
 
-An effect is a frozen dataclass of its parameters (SI units). Adding one is adding a file and a line here.
+An effect is a frozen dataclass of its parameters (SI units). Adding one is adding a file.
 """
 
-from sim1.cloth.effects.actuator_lag import ActuatorLag
-from sim1.cloth.effects.added_mass import AddedMass
-from sim1.cloth.effects.adhesion import Adhesion
-from sim1.cloth.effects.air_drag import AirDrag
-from sim1.cloth.effects.anisotropic_bending import AnisotropicBending
-from sim1.cloth.effects.anisotropic_friction import AnisotropicFriction
-from sim1.cloth.effects.anisotropic_stretch import AnisotropicStretch
-from sim1.cloth.effects.bending_hysteresis import BendingHysteresis
-from sim1.cloth.effects.clock_offset import ClockOffset
+from collections.abc import Iterable
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
+
 from sim1.cloth.effects.effect import Effect, Site
 from sim1.cloth.effects.entry import effect_of
-from sim1.cloth.effects.frame_offset import FrameOffset
-from sim1.cloth.effects.gravity_tilt import GravityTilt
-from sim1.cloth.effects.grip_compliance import GripCompliance
-from sim1.cloth.effects.grip_slip import GripSlip
-from sim1.cloth.effects.heavy_region import HeavyRegion
-from sim1.cloth.effects.plastic_crease import PlasticCrease
-from sim1.cloth.effects.rest_curvature import RestCurvature
-from sim1.cloth.effects.shrinkage import Shrinkage
-from sim1.cloth.effects.static_friction import StaticFriction
-from sim1.cloth.effects.stiff_region import StiffRegion
-from sim1.cloth.effects.strain_stiffening import StrainStiffening
-from sim1.cloth.effects.wind import Wind
 from sim1.stage import BadInput
 
-EFFECTS: dict[str, type[Effect]] = {
-    effect.name: effect
-    for effect in (
-        ActuatorLag,
-        AddedMass,
-        Adhesion,
-        AirDrag,
-        AnisotropicBending,
-        AnisotropicFriction,
-        AnisotropicStretch,
-        BendingHysteresis,
-        ClockOffset,
-        FrameOffset,
-        GravityTilt,
-        GripCompliance,
-        GripSlip,
-        HeavyRegion,
-        PlasticCrease,
-        RestCurvature,
-        Shrinkage,
-        StaticFriction,
-        StiffRegion,
-        StrainStiffening,
-        Wind,
-    )
-}
+__all__ = ["EFFECTS", "Effect", "Site", "acted_effects", "acts", "effect_of", "effects_in", "effects_of"]
 
-__all__ = [
-    "EFFECTS",
-    "ActuatorLag",
-    "AddedMass",
-    "Adhesion",
-    "AirDrag",
-    "AnisotropicBending",
-    "AnisotropicFriction",
-    "AnisotropicStretch",
-    "BendingHysteresis",
-    "ClockOffset",
-    "Effect",
-    "FrameOffset",
-    "GravityTilt",
-    "GripCompliance",
-    "GripSlip",
-    "HeavyRegion",
-    "PlasticCrease",
-    "RestCurvature",
-    "Shrinkage",
-    "Site",
-    "StaticFriction",
-    "StiffRegion",
-    "StrainStiffening",
-    "Wind",
-    "acted_effects",
-    "acts",
-    "effect_of",
-    "effects_of",
-]
+
+def effects_in(package: str, folders: Iterable[str]) -> dict[str, type[Effect]]:
+    """Every effect that a module of a package defines, by its name; `folders` are the package's.
+
+    Raises:
+        ValueError: two effects of one name.
+    """
+    found: dict[str, type[Effect]] = {}
+    for one in iter_modules(folders):
+        module = import_module(f"{package}.{one.name}")
+        for effect in _defined(module):
+            if effect.name in found:
+                raise ValueError(
+                    f"{module.__file__}: {effect.name} is the name of the effect in {found[effect.name].__module__}, too; give it its own"
+                )
+            found[effect.name] = effect
+    return found
+
+
+def _defined(module: ModuleType) -> list[type[Effect]]:
+    classes = [value for value in vars(module).values() if isinstance(value, type) and issubclass(value, Effect)]
+    return [one for one in classes if one.__module__ == module.__name__ and one is not Effect]
+
+
+EFFECTS: dict[str, type[Effect]] = effects_in(__name__, __path__)
 
 
 def effects_of(entries: tuple[dict, ...], place: str = "effects") -> tuple[Effect, ...]:

@@ -16,6 +16,8 @@ class ActuatorLag(Effect):
     signature: ClassVar[str] = "the whole cloth is late while the robot moves, and not while it swings freely"
     source: ClassVar[str] = "first-order actuator"
     typical: ClassVar[str] = "5 to 150 ms"
+    varied: ClassVar[str] = "a sudden stop and 2 s of free swing (a lag shows while the robot moves, and not after)"
+    delays: ClassVar[bool] = True
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="time_constant", unit="s", scale=0.03, low=0.0),
     )

@@ -20,6 +20,7 @@ class AddedMass(Effect):
     signature: ClassVar[str] = "more inertia across the sheet than along it, and no more weight"
     source: ClassVar[str] = "potential flow around an accelerated plate (Brennen 1982)"
     typical: ClassVar[str] = "0.02 to 0.3 kg/m^2"
+    varied: ClassVar[str] = "shorter and quicker strokes of the same speed (carried air answers to the acceleration)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (Coefficient(name="mass", unit="kg/m^2", scale=0.08, low=0.0),)
 
     mass: float  # kg/m^2

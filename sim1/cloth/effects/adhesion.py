@@ -21,6 +21,7 @@ class Adhesion(Effect):
     signature: ClassVar[str] = "lifts late from the table, and needs more force to slide than its weight explains"
     source: ClassVar[str] = "pull-off pressure of textiles on smooth tables"
     typical: ClassVar[str] = "0.1 to 5 Pa"
+    varied: ClassVar[str] = "lifted slowly, without sliding (what clings lifts late)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="pressure", unit="Pa", scale=1.0, low=0.0),
         Coefficient(name="reach", unit="m", scale=0.7, kind="log", centre=5e-4, low=1e-4, high=1e-2, shape=True),

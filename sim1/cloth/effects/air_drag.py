@@ -30,6 +30,7 @@ class AirDrag(Effect):
     typical: ClassVar[str] = (
         "c_normal 1.1 to 2 in steady motion, 5 to 10 in small oscillation; c_tangential 0.005 to 0.1"
     )
+    varied: ClassVar[str] = "twice as fast (drag grows with the square of the speed)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="c_normal", unit="1", scale=1.5, low=0.0),
         Coefficient(name="c_tangential", unit="1", scale=0.05, low=0.0),

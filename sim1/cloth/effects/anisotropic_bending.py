@@ -20,6 +20,7 @@ class AnisotropicBending(Effect):
     signature: ClassVar[str] = "folds along one thread direction are wider than along the other"
     source: ClassVar[str] = "orthotropic plate (Kawabata bending test)"
     typical: ClassVar[str] = "0.4 to 4.6"
+    varied: ClassVar[str] = "held by the neighbouring edge (folds then run along the other threads)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="ratio_warp_weft", unit="1", scale=0.7, kind="log", centre=1.0, low=0.02, high=50.0),
     )

@@ -20,6 +20,7 @@ class AnisotropicFriction(Effect):
     signature: ClassVar[str] = "slides more easily along one axis of the table than along the other"
     source: ClassVar[str] = "orthotropic Coulomb friction (Zmitrowicz 1981)"
     typical: ClassVar[str] = "ratio 0.5 to 2"
+    varied: ClassVar[str] = "along the table's other axis (friction goes with the table, not with the threads)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="ratio", unit="1", scale=0.5, kind="log", centre=1.0, low=0.02, high=50.0),
     )

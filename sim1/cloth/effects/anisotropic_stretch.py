@@ -21,6 +21,7 @@ class AnisotropicStretch(Effect):
     source: ClassVar[str] = "orthotropic lamina in plane stress (Jones 1999, section 2.5)"
 
     typical: ClassVar[str] = "0.3 to 3"
+    varied: ClassVar[str] = "pulled taut, held by the neighbouring edge (the pull then runs along the other threads)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="ratio_warp_weft", unit="1", scale=0.7, kind="log", centre=1.0, low=0.02, high=50.0),
     )

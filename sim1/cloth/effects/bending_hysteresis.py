@@ -20,6 +20,7 @@ class BendingHysteresis(Effect):
     )
     source: ClassVar[str] = "Dahl 1968; Kawabata's 2HB is twice the moment"
     typical: ClassVar[str] = "1e-5 to 1e-3 N"
+    varied: ClassVar[str] = "at half the pace (friction in the yarns loses the same in every cycle, however slow)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="moment", unit="N", scale=0.00015, low=0.0),
         Coefficient(

@@ -16,6 +16,8 @@ class ClockOffset(Effect):
     signature: ClassVar[str] = "everything is early or late by the same time, free decay too"
     source: ClassVar[str] = "pure delay of one clock against the other"
     typical: ClassVar[str] = "10 to 300 ms"
+    varied: ClassVar[str] = "a sudden stop and 2 s of free swing (an offset shifts the free swing too)"
+    delays: ClassVar[bool] = True
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="offset", unit="s", scale=0.1, low=-0.3, high=0.5),
     )

@@ -44,6 +44,10 @@ class Effect:
     signature: ClassVar[str]  # how it shows in a recording, one line for reports
     source: ClassVar[str]  # of the formula
     typical: ClassVar[str]  # range that is met
+    varied: ClassVar[str]  # how to repeat a motion so that it shows otherwise than what imitates it
+    testing: ClassVar[str | None] = (
+        None  # the recording that tells it from physics that no effect is, where there is such
+    )
     coefficients: ClassVar[tuple[Coefficient, ...]]  # what a search varies; the strengths first
     limits: ClassVar[dict[str, tuple[float, float]]] = {}  # of parameters that are no coefficients
     fixed: ClassVar[dict[str, str]] = {}  # parameters that no search varies, and their units
@@ -51,6 +55,7 @@ class Effect:
     beyond: ClassVar[bool] = False  # acts above a threshold alone, and `variants` are thresholds
     afar: ClassVar[tuple[dict[str, float], ...]] = ()  # coefficients far from nothing, from which it is sought as well
     widens: ClassVar[str | None] = None  # name of the effect that this one is where its shapes are 0
+    delays: ClassVar[bool] = False  # makes markers come late, as is measured without simulating
     measured: ClassVar[bool] = False  # belongs to the rig or to the cameras, not to the cloth
     rank: ClassVar[int] = 0  # shapes and pushes before those of lower rank, which build on what it leaves
     warp: ClassVar[tuple[float, float, float] | None] = None  # direction of the warp threads at rest, where it says so

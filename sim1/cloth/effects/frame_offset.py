@@ -19,6 +19,7 @@ class FrameOffset(Effect):
     signature: ClassVar[str] = "every marker is off by one rigid motion, at rest too"
     source: ClassVar[str] = "rigid registration error"
     typical: ClassVar[str] = "1 to 20 mm, 0.2 to 5 degrees"
+    varied: ClassVar[str] = "the rig turned by 180 degrees about the vertical (an offset goes with the camera)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="tx", unit="m", scale=0.004),
         Coefficient(name="ty", unit="m", scale=0.004),

@@ -16,6 +16,10 @@ class GravityTilt(Effect):
     signature: ClassVar[str] = "hangs askew by one angle in space, at rest too, whatever its pose"
     source: ClassVar[str] = "rotation of gravity"
     typical: ClassVar[str] = "0.5 to 6 degrees"
+    varied: ClassVar[str] = "the rig turned by 180 degrees about the vertical (a tilt goes with the room)"
+    testing: ClassVar[str | None] = (
+        "hang a plumb line beside the rig: a tilt pulls it, too, a static charge or a magnet does not"
+    )
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="tilt_x", unit="rad", scale=0.03),
         Coefficient(name="tilt_y", unit="rad", scale=0.03),

@@ -17,6 +17,7 @@ class GripCompliance(Effect):
     signature: ClassVar[str] = "the held edge gives way under load and comes back"
     source: ClassVar[str] = "linear spring"
     typical: ClassVar[str] = "50 to 2000 N/m"
+    varied: ClassVar[str] = "a harder pull, and 1 s of rest in the first pose after it (what gave way comes back)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="compliance", unit="m/N", scale=2e-3, low=0.0, twin_z=1e-6),
     )

@@ -16,6 +16,9 @@ class GripSlip(Effect):
     signature: ClassVar[str] = "the held edge leaves its place under load and does not come back"
     source: ClassVar[str] = "viscous creep above a threshold (Bingham)"
     typical: ClassVar[str] = "0.1 to 2 N, 1 to 100 mm/(N s)"
+    varied: ClassVar[str] = (
+        "a longer pull, and 1 s of rest in the first pose after it (what slipped does not come back)"
+    )
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="rate", unit="m/(N s)", scale=0.01, low=0.0),
         Coefficient(name="threshold", unit="N", scale=0.4, kind="log", centre=0.3, low=0.001, high=100.0, shape=True),

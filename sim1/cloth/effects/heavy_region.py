@@ -16,6 +16,10 @@ class HeavyRegion(Effect):
     signature: ClassVar[str] = "one place hangs lower and swings later than the rest"
     source: ClassVar[str] = "lumped mass"
     typical: ClassVar[str] = "1 to 30 g"
+    varied: ClassVar[str] = "held by the opposite edge, at rest too (a weight goes with the cloth, and hangs lower)"
+    testing: ClassVar[str | None] = (
+        "weigh the cloth, and film the same motion again an hour later: water dries, a weight stays"
+    )
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="mass", unit="kg", scale=0.004, low=0.0),
         Coefficient(name="centre_u", unit="m", scale=0.03, shape=True),

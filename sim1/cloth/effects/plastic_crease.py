@@ -18,6 +18,10 @@ class PlasticCrease(Effect):
     signature: ClassVar[str] = "bent sharply once, the sheet stays bent at that line"
     source: ClassVar[str] = "elastoplastic hinge (Narain et al. 2013)"
     typical: ClassVar[str] = "yield at 10 to 200 1/m, 0.1 to 0.8 kept"
+    varied: ClassVar[str] = "once more after the cloth was laid flat and smoothed (a fold line stays)"
+    testing: ClassVar[str | None] = (
+        "lay the cloth flat, and film the same motion again an hour later: a crease stays, creep comes back"
+    )
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="retained", unit="1", scale=0.3, low=0.0, high=1.0),
         Coefficient(

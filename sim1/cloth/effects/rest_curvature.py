@@ -19,6 +19,7 @@ class RestCurvature(Effect):
     signature: ClassVar[str] = "leans to one side of its surface whatever the motion, most where nothing holds it"
     source: ClassVar[str] = "natural curvature of a plate"
     typical: ClassVar[str] = "0.5 to 10 1/m"
+    varied: ClassVar[str] = "the cloth turned over (it then leans to the other side)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="kappa_u", unit="1/m", scale=2.5),
         Coefficient(name="kappa_v", unit="1/m", scale=2.5),

@@ -17,6 +17,7 @@ class Shrinkage(Effect):
     signature: ClassVar[str] = "distances along the cloth are off by a constant share, loaded or not"
     source: ClassVar[str] = "growth of the rest metric"
     typical: ClassVar[str] = "0.93 to 1.05"
+    varied: ClassVar[str] = "the cloth hung still beside a ruler (lengths are off by one share, loaded or not)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="scale_u", unit="1", scale=0.015, kind="log", centre=1.0, low=0.7, high=1.3),
         Coefficient(name="scale_v", unit="1", scale=0.015, kind="log", centre=1.0, low=0.7, high=1.3),

@@ -20,6 +20,7 @@ class StaticFriction(Effect):
     signature: ClassVar[str] = "sticks to the table at first and then slides all at once"
     source: ClassVar[str] = "Stribeck 1902"
     typical: ClassVar[str] = "1.1 to 2"
+    varied: ClassVar[str] = "with stops on the way (it sticks anew at every start)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="ratio", unit="1", scale=0.4, centre=1.0, low=1.0),
         Coefficient(

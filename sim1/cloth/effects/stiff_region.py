@@ -16,6 +16,9 @@ class StiffRegion(Effect):
     signature: ClassVar[str] = "one place stays flat where the rest folds"
     source: ClassVar[str] = "local change of the plate rigidity"
     typical: ClassVar[str] = "2 to 50 times over 2 to 10 cm"
+    varied: ClassVar[str] = (
+        "held by the opposite edge, at two speeds (a stiff place goes with the cloth, and shows where it folds)"
+    )
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="factor", unit="1", scale=1.5, kind="log", centre=1.0, low=0.05, high=200.0),
         Coefficient(name="centre_u", unit="m", scale=0.03, shape=True),

@@ -17,6 +17,7 @@ class StrainStiffening(Effect):
     signature: ClassVar[str] = "stretches less than in proportion to the load"
     source: ClassVar[str] = "exponent of woven fabrics at first order (Clyde et al. 2017)"
     typical: ClassVar[str] = "10 to 500"
+    varied: ClassVar[str] = "pulled half as hard and twice as hard (strain then no longer follows the load)"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (Coefficient(name="growth", unit="1", scale=60.0, low=0.0),)
 
     growth: float  # 1, relative growth of the modulus per strain

@@ -17,6 +17,10 @@ class Wind(Effect):
     signature: ClassVar[str] = "a steady push that is strongest where the sheet faces one direction, also at rest"
     source: ClassVar[str] = "quadratic drag of a plate in a stream (Hoerner 1965, chapter 3)"
     typical: ClassVar[str] = "0.1 to 2 m/s"
+    varied: ClassVar[str] = "the rig turned by 90 degrees about the vertical (a stream keeps its direction in the room)"
+    testing: ClassVar[str | None] = (
+        "film the same motion with the rig half a metre aside: a stream is the same there, a jet is not"
+    )
     widens: ClassVar[str] = "air_drag"
     coefficients: ClassVar[tuple[Coefficient, ...]] = (
         Coefficient(name="c_normal", unit="1", scale=1.3, low=0.0),
