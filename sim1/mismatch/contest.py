@@ -246,12 +246,12 @@ def with_others(
 
 
 def with_parts(engine: Engine, pool: list[Model], thresholds: Thresholds, names: tuple[str, ...]) -> list[Model]:
-    """The pool with every single effect of the best pair: what each adds to the other is asked of both."""
-    best, there = best_of(pool, thresholds), {model.terms for model in pool}
+    """The pool with every single effect of the best pair, from where that arrived if it fits better so: what each adds to the other is asked of both."""
+    best = best_of(pool, thresholds)
     if len(best.terms) < 2 or engine.patience.over:
         return pool
-    parts = [without(engine, best, term, names) for term in range(len(best.terms))]
-    return [*pool, *(part for part in parts if part is not None and part.terms not in there)]
+    parts = (without(engine, best, term, names) for term in range(len(best.terms)))
+    return _best_of_each((*pool, *(part for part in parts if part is not None)))
 
 
 def simplified(engine: Engine, pool: list[Model], thresholds: Thresholds, names: tuple[str, ...]) -> list[Model]:

@@ -11,6 +11,7 @@ from sim1.mismatch.afresh import afresh
 from sim1.mismatch.elsewhere import elsewhere
 from sim1.mismatch.engine import FOLLOW_HZ, Engine
 from sim1.mismatch.fit import CONVERGED, Fit, Tempers, fit, promised, temper_of
+from sim1.mismatch.scout import further, scouted
 from sim1.mismatch.screen import Candidate, screen, site_of
 from sim1.mismatch.search import Term, Unknowns
 
@@ -21,6 +22,7 @@ SHORTLIST = 6
 MORE = 4  # iterations of the leaders, after a first look at all
 LEADERS = 3
 HOPELESS = 60.0  # nats by which a candidate's promise may lie behind the leader's
+ALIKE = 0.5  # of what screening says of the leader: who has that is taken further however far behind
 ROUGH = 0.01  # share of the cost below which the search on the coarser mesh does not go on
 WORSE = 20.0  # nats by which a first look may be worse than the baseline and is still a place to go on from
 WORTH = 2.0  # nats that a candidate must promise to be fitted
@@ -123,25 +125,27 @@ def extended(
         else:
             models.append(model)
             tried.append(candidate)
-    promises = [model.score - promised(model.fit) for model in models]
-    leaders = sorted(range(len(models)), key=lambda k: promises[k])[:LEADERS]
-    for number, k in enumerate(leaders):
-        if promises[k] < promises[leaders[0]] + HOPELESS:
-            model = models[k]
-            progress(0.5 + 0.5 * number / LEADERS, ", ".join(model.terms))
-            more = fit(
-                engine,
-                model.fit.unknowns,
-                model.fit.z,
-                names,
-                temper=temper,
-                most=MORE,
-                given=(model.fit.residuals, model.fit.slopes),
-                exact=False,
-            )
-            more = elsewhere(engine, base, afresh(engine, base, more, tried[k]), tried[k], site)
-            models[k] = judged(more, temper, model.variants)
+    leaders = leading(models, tried)
+    starts = scouted(engine, base, [models[k].fit for k in leaders]) if leaders else []
+    for number, (k, start) in enumerate(zip(leaders, starts, strict=True)):
+        model = models[k]
+        progress(0.5 + 0.5 * number / LEADERS, ", ".join(model.terms))
+        more = further(engine, model.fit, start, MORE)
+        more = elsewhere(engine, base, afresh(engine, base, more, tried[k]), tried[k], site)
+        models[k] = judged(more, temper, model.variants)
     return Tried(models=tuple(sorted(models, key=lambda model: model.score)), lost=tuple(lost), screened=screened)
+
+
+def leading(models: list[Model], tried: list[Candidate]) -> list[int]:
+    """Places of the models that are taken further after a first look, best first; `tried` is what screening said of each.
+
+    Who promises as much as the leader, or did so on screen: a look that stopped on the way says little of where it leads.
+    """
+    promises = [model.score - promised(model.fit) for model in models]
+    ahead = sorted(range(len(models)), key=lambda k: promises[k])[:LEADERS]
+    return [
+        k for k in ahead if promises[k] < promises[ahead[0]] + HOPELESS or tried[k].gain > ALIKE * tried[ahead[0]].gain
+    ]
 
 
 def widened(engine: Engine, model: Model, temper: Tempers, names: tuple[str, ...]) -> list[Model]:

@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from small_bundle import empty_bundle, filmed
+from small_pool import pool_of
 from straight_engine import TRUE, Straight, two_unknowns
 
 from sim1.cloth.effects import EFFECTS
 from sim1.mismatch import contest
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import fit
-from sim1.mismatch.models import Model, Tried, joined, judged, widened, without
+from sim1.mismatch.models import Model, Tried, joined, judged, leading, widened, without
+from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import Term, baseline
 from sim1.mismatch.thresholds import THRESHOLDS
 
@@ -187,10 +189,33 @@ def test_of_the_best_pair_each_effect_is_fitted_alone_too_and_its_evidence_count
     known = [model.terms for model in contest.with_parts(engine, [*pool, pair], THRESHOLDS, ("only",))]
     assert sorted(known) == [(), ("adhesion",), pair.terms, ("wind",)]
     assert set(asked) == {pair.terms}
+    kept = {model.terms: model.fit for model in contest.with_parts(engine, [*pool, pair], THRESHOLDS, ("only",))}
+    assert kept["wind",] is near  # the part fits worse
+    stuck = replace(pool[1], fit=fit(engine, unknowns, np.array([40.0, 40.0]), ("only",), temper=tempers, most=0))
+    kept = {model.terms: model.fit for model in contest.with_parts(engine, [stuck, pair], THRESHOLDS, ("only",))}
+    assert kept["wind",] is far  # a search that got stuck before is not what the part is judged by
     found = contest.with_a_second(
         engine, contest.Contest(pool=pool, temper=tempers), ("only",), THRESHOLDS, lambda share, what: None
     )
     assert found.temper == fewer
+
+
+@pytest.mark.parametrize(
+    ("screened", "further"),
+    [
+        ((200.0, 190.0, 20.0, 10.0), ["air_drag", "wind"]),  # the look at wind stopped on the way: it says little
+        ((200.0, 90.0, 20.0, 10.0), ["air_drag"]),
+        ((200.0, 190.0, 150.0, 140.0), ["air_drag", "wind", "adhesion"]),  # three at most
+    ],
+)
+def test_who_was_as_promising_on_screen_is_taken_further_however_little_a_first_look_found(unknowns, screened, further):
+    gains = {("air_drag",): 400.0, ("wind",): 120.0, ("adhesion",): 40.0, ("grip_slip",): 30.0}
+    _, *models = pool_of(replace(unknowns, nominal=()), gains)
+    tried = [
+        Candidate(term=Term.of(EFFECTS[one.terms[0]]), gain=gain, start=np.zeros(0), variants=1)
+        for one, gain in zip(models, screened, strict=True)
+    ]
+    assert [models[k].terms[0] for k in leading(models, tried)] == further
 
 
 def test_an_effect_is_taken_out_with_its_own_coefficients_and_the_others_stay():

@@ -1,0 +1,67 @@
+"""Leaders are searched to their end on the coarser mesh before they go on where they are compared.
+
+A way that bends takes many steps: as a thread stiffens with its strain, the baseline's stretch, which imitated that, has to go down while it
+comes in, and every step promises a few dozen nats of the hundreds at its end. Who is given four steps is then judged by them. On the coarser
+mesh a step costs a fourth, so all are given as many as they take; where they arrive there, less what that mesh moves the baseline by, is where
+the search on the working mesh goes on, if it costs less there than at the first look.
+"""
+
+import numpy as np
+
+from sim1.cloth.precise.simulate import NotConverged
+from sim1.mismatch.engine import Engine, Looked
+from sim1.mismatch.fit import Fit, cost_of, fit
+
+STEPS = 12  # on the coarser mesh
+SETTLED = 3  # of the baseline there
+
+
+def scouted(engine: Engine, base: Fit, looks: list[Fit]) -> list[np.ndarray | None]:
+    """Z (P,) for each look, which added an effect to `base`; None where no simulation there finds its way, or no coarser mesh is at hand."""
+    if engine.other_mesh > engine.finer or engine.patience.over:
+        return [None] * len(looks)
+    with engine.roughly():
+        try:
+            rough = fit(engine, base.unknowns, base.z, base.names, temper=base.temper, most=SETTLED, settle=False)
+        except NotConverged:
+            return [None] * len(looks)
+        return [_arrived(engine, base, rough, one) for one in looks]
+
+
+def _arrived(engine: Engine, base: Fit, rough: Fit, look: Fit) -> np.ndarray | None:
+    known = len(base.z)
+    start = look.z.copy()
+    start[:known] += rough.z - base.z
+    try:
+        found = fit(engine, look.unknowns, start, base.names, temper=base.temper, most=STEPS, settle=False)
+    except NotConverged:
+        return None
+    z = found.z.copy()
+    z[:known] -= rough.z - base.z
+    return z
+
+
+def further(engine: Engine, look: Fit, start: np.ndarray | None, most: int) -> Fit:
+    """A search of `most` steps from `start` (P,), or from the look where that costs less or nothing can be simulated at `start`."""
+    looked = None if start is None or engine.patience.over else _better(engine, look, start)
+    z, given = looked or (look.z, (look.residuals, look.slopes))
+    return fit(
+        engine,
+        look.unknowns,
+        z,
+        look.names,
+        temper=look.temper,
+        most=most,
+        given=given,
+        exact=looked is not None,
+    )
+
+
+def _better(engine: Engine, look: Fit, start: np.ndarray) -> tuple[np.ndarray, Looked] | None:
+    z = np.clip(start, *look.unknowns.bounds())
+    try:
+        looked = engine.slopes(look.unknowns, z, look.names)
+    except NotConverged:
+        return None
+    cost = cost_of(looked[0], look.names, look.temper) + 0.5 * float(z @ z)
+    return (z, looked) if cost < look.cost else None
