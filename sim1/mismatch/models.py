@@ -10,7 +10,7 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.afresh import afresh
 from sim1.mismatch.elsewhere import elsewhere
 from sim1.mismatch.engine import FOLLOW_HZ, Engine
-from sim1.mismatch.fit import CONVERGED, Fit, Tempers, fit, promised, temper_of
+from sim1.mismatch.fit import CONVERGED, PROMISING, Fit, Tempers, fit, promised, temper_of
 from sim1.mismatch.scout import further, scouted
 from sim1.mismatch.screen import Candidate, screen, site_of
 from sim1.mismatch.search import Term, Unknowns
@@ -126,7 +126,8 @@ def extended(
             models.append(model)
             tried.append(candidate)
     leaders = leading(models, tried)
-    starts = scouted(engine, base, [models[k].fit for k in leaders]) if leaders else []
+    promising = bool(leaders) and tried[leaders[0]].gain > PROMISING
+    starts = scouted(engine, base, [models[k].fit for k in leaders]) if promising else [None] * len(leaders)
     for number, (k, start) in enumerate(zip(leaders, starts, strict=True)):
         model = models[k]
         progress(0.5 + 0.5 * number / LEADERS, ", ".join(model.terms))
