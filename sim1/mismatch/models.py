@@ -127,6 +127,8 @@ def extended(
             tried.append(candidate)
     leaders = leading(models, tried)
     promising = bool(leaders) and tried[leaders[0]].gain > PROMISING
+    if promising:
+        progress(0.5, ", ".join(models[leaders[0]].terms))
     starts = scouted(engine, base, [models[k].fit for k in leaders]) if promising else [None] * len(leaders)
     for number, (k, start) in enumerate(zip(leaders, starts, strict=True)):
         model = models[k]

@@ -17,7 +17,10 @@ SETTLED = 3  # of the baseline there
 
 
 def scouted(engine: Engine, base: Fit, looks: list[Fit]) -> list[np.ndarray | None]:
-    """Z (P,) for each look, which added an effect to `base`; None where no simulation there finds its way, or no coarser mesh is at hand."""
+    """Where searches arrive that begin at these looks, each of which added an effect to `base`, as z (P,) on the working mesh.
+
+    None where no simulation on the coarser mesh finds its way, there is no such mesh, or time is over.
+    """
     if engine.other_mesh > engine.finer or engine.patience.over:
         return [None] * len(looks)
     with engine.roughly():

@@ -17,6 +17,10 @@ from sim1.cloth.effects.effect import Effect
 @dataclass(frozen=True, kw_only=True)
 class Cold(Effect):
     name: ClassVar[str] = "cold"
+    signature: ClassVar[str] = "bends less the colder it is"
+    source: ClassVar[str] = "made up"
+    typical: ClassVar[str] = "0 to 0.5"
+    varied: ClassVar[str] = "in a warm room"
     coefficients: ClassVar[tuple] = (Coefficient(name="share", unit="1", scale=0.1, low=0.0),)
     share: float
 
@@ -42,6 +46,14 @@ def test_a_file_is_all_that_an_effect_needs(folder):
     found = effects_in("further_effects", [str(folder)])
     assert list(found) == ["cold"]
     assert found["cold"](share=0.2).units() == {"share": "1"}
+
+
+@pytest.mark.parametrize("lacking", ["signature", "source", "typical", "varied", "coefficients", "alter"])
+def test_what_a_search_or_a_report_asks_of_an_effect_is_missed_as_it_is_found(folder, lacking):
+    lines = COLD.replace("def alter", "def other").splitlines() if lacking == "alter" else COLD.splitlines()
+    (folder / "cold.py").write_text("\n".join(line for line in lines if not line.startswith(f"    {lacking}:")))
+    with pytest.raises(ValueError, match=rf"cold\.py: Cold lacks {lacking}; effect\.py says"):
+        effects_in("further_effects", [str(folder)])
 
 
 def test_what_a_file_takes_from_another_is_no_effect_of_its_own(folder):

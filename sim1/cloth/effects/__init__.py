@@ -5,6 +5,7 @@ An effect is a frozen dataclass of its parameters (SI units). Adding one is addi
 
 from collections.abc import Iterable
 from importlib import import_module
+from inspect import get_annotations
 from pkgutil import iter_modules
 from types import ModuleType
 
@@ -14,17 +15,24 @@ from sim1.stage import BadInput
 
 __all__ = ["EFFECTS", "Effect", "Site", "acted_effects", "acts", "effect_of", "effects_in", "effects_of"]
 
+NEEDED = (*(each for each in get_annotations(Effect) if not hasattr(Effect, each)), "alter")
+
 
 def effects_in(package: str, folders: Iterable[str]) -> dict[str, type[Effect]]:
     """Every effect that a module of a package defines, by its name; `folders` are the package's.
 
     Raises:
-        ValueError: two effects of one name.
+        ValueError: an effect that lacks what a search or a report asks of it, or two of one name.
     """
     found: dict[str, type[Effect]] = {}
-    for one in iter_modules(folders):
-        module = import_module(f"{package}.{one.name}")
+    for listed in iter_modules(folders):
+        module = import_module(f"{package}.{listed.name}")
         for effect in _defined(module):
+            own = {each for one in effect.__mro__[: effect.__mro__.index(Effect)] for each in vars(one)}
+            if lacking := [each for each in NEEDED if each not in own]:
+                raise ValueError(
+                    f"{module.__file__}: {effect.__name__} lacks {', '.join(lacking)}; effect.py says what each means"
+                )
             if effect.name in found:
                 raise ValueError(
                     f"{module.__file__}: {effect.name} is the name of the effect in {found[effect.name].__module__}, too; give it its own"
