@@ -12,6 +12,7 @@ from sim1.stage import BadInput
 CLOCK_SLACK_S = 0.1  # a hold may be stamped by a rounded time
 UNCOVERED_S = 0.5  # clocks that differ by as much are a mismatch to be found, not a damaged file
 STRETCHED = 1.3  # markers farther apart than the mesh allows: woven cloth tears before
+SHRUNK = 0.05  # of the span of their anchors: no cloth is ever crumpled so small from first frame to last
 BELOW_TABLE_M = 0.1
 FEWEST_PAIRS, FEWEST_FRAMES = 3, 3  # of markers seen together: one pair may be a mistake of the cameras
 
@@ -88,13 +89,24 @@ def check_lengths(seen: Seen, mesh: RestMesh, anchors: Anchors) -> None:
         BadInput: another unit, another mesh, a marker mislabelled.
     """
     size = mesh_size_m(mesh)
+    places = _places_m(mesh, anchors)
+    widest = 0.0  # of the share of their anchors' span that the markers of one frame span
     for frame, points in enumerate(seen.markers_m):
-        there = points[np.isfinite(points[:, 0])]
-        if len(there) > 1 and (span := float(np.linalg.norm(np.ptp(there, axis=0)))) > 1.5 * size + 0.05:
+        there = np.isfinite(points[:, 0])
+        if there.sum() < 2:
+            continue
+        span = float(np.linalg.norm(np.ptp(points[there], axis=0)))
+        if span > 1.5 * size + 0.05:
             raise BadInput(
                 f"{seen.place(frame)}: at {seen.time_s[frame]} s the markers span {span:.3g} m on a cloth of {size:.3g} m; "
                 "are they in millimetres, is a marker mislabelled, or are gaps written as zeros?"
             )
+        widest = max(widest, span / max(float(np.linalg.norm(np.ptp(places[there], axis=0))), 1e-9))
+    if 0 < widest < SHRUNK:
+        raise BadInput(
+            f"{seen.places.file}: markers never span more than {widest:.3g} of what their anchors on the mesh do; "
+            "are they in metres and said to be in millimetres, or is the mesh of another unit?"
+        )
     if (ratio := stretch(mesh, anchors, seen.markers_m)) is not None and ratio > STRETCHED:
         raise BadInput(
             f"{seen.places.file}: markers are {ratio:.3g} times as far apart as their anchors on the mesh (median of pairs); "
@@ -147,7 +159,7 @@ def stretch(mesh: RestMesh, anchors: Anchors, markers_m: np.ndarray) -> float | 
     extent = np.linalg.svd(mesh.vertices_m - mesh.vertices_m.mean(0), compute_uv=False)
     if len(anchors.marker) < 2 or extent[2] > 0.01 * extent[0]:
         return None
-    places = (mesh.vertices_m[mesh.faces[anchors.face]] * anchors.weight[..., None]).sum(1)
+    places = _places_m(mesh, anchors)
     a, b = np.triu_indices(len(places), 1)
     rest = np.linalg.norm(places[a] - places[b], axis=1)
     far = np.argsort(-rest)[:300]  # long pairs: noise is nothing beside them
@@ -158,3 +170,8 @@ def stretch(mesh: RestMesh, anchors: Anchors, markers_m: np.ndarray) -> float | 
     if together.sum() < FEWEST_PAIRS:
         return None
     return float(np.median(np.nanmedian(now[:, together], axis=0) / rest[far][together]))
+
+
+def _places_m(mesh: RestMesh, anchors: Anchors) -> np.ndarray:
+    """Where the markers are on the rest mesh, (M, 3)."""
+    return (mesh.vertices_m[mesh.faces[anchors.face]] * anchors.weight[..., None]).sum(1)
