@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.concealed.case import Plan
 from benchmarks.concealed.film import Stage
-from benchmarks.concealed.markers import bundle_faces
+from benchmarks.concealed.mesh import Mesh
 from benchmarks.concealed.motions.motion import DURATION_S
 from benchmarks.concealed.motions.tabletop import TABLE_M
 
@@ -31,18 +31,18 @@ class Take:
 
 
 def write_bundle(
-    folder: Path, stage: Stage, takes: Sequence[Take], prior: dict, friction: dict, until_s: float
+    folder: Path, stage: Stage, mesh: Mesh, takes: Sequence[Take], prior: dict, friction: dict, until_s: float
 ) -> None:
     """Write all files of a bundle into an empty folder; markers up to `until_s` only."""
     setting = stage.setting
     folder.mkdir(parents=True)
-    _write_mesh(folder / "garment.obj", stage)
-    markers = stage.markers
+    _write_mesh(folder / "garment.obj", mesh)
+    face, barycentric = mesh.anchors(stage.markers.uv_m)
     pd.DataFrame(
         {
-            "marker": np.arange(len(markers.face), dtype=np.int32),
-            "face": markers.face.astype(np.int32),
-            **{f"b{i}": markers.barycentric[:, i] for i in range(3)},
+            "marker": np.arange(len(face), dtype=np.int32),
+            "face": face.astype(np.int32),
+            **{f"b{i}": barycentric[:, i] for i in range(3)},
         }
     ).to_parquet(folder / "anchors.parquet", index=False)
     table = any(take.plan.motion.table for take in takes)
@@ -87,16 +87,10 @@ def _recording(stage: Stage, take: Take) -> dict:
     return {"name": take.plan.name, "starts": "rest", "holds": entries}
 
 
-def _write_mesh(path: Path, stage: Stage) -> None:
-    setting = stage.setting
-    u, v = np.meshgrid(
-        np.linspace(0, setting.cloth.size_u_m, setting.columns), np.linspace(0, setting.cloth.size_v_m, setting.rows)
-    )
-    lines = [f"v {a:.6f} {b:.6f} 0.000000" for a, b in zip(u.ravel(), v.ravel())]
-    lines += [f"vt {a:.6f} {b:.6f}" for a, b in zip(u.ravel(), v.ravel())]
-    lines += [
-        "f " + " ".join(f"{i}/{i}" for i in face) for face in (bundle_faces(setting.columns, setting.rows) + 1).tolist()
-    ]
+def _write_mesh(path: Path, mesh: Mesh) -> None:
+    lines = [f"v {u:.6f} {v:.6f} 0.000000" for u, v in mesh.uv_m]
+    lines += [f"vt {u:.6f} {v:.6f}" for u, v in mesh.uv_m]
+    lines += ["f " + " ".join(f"{i}/{i}" for i in face) for face in (mesh.faces + 1).tolist()]
     path.write_text("\n".join(lines) + "\n")
 
 

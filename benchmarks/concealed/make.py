@@ -16,6 +16,7 @@ from benchmarks.concealed.effects.effect import Effect
 from benchmarks.concealed.effects.library import LIBRARY
 from benchmarks.concealed.film import Stage, Track, film, grid_for
 from benchmarks.concealed.markers import camera_noise, draw_markers, drop_outs
+from benchmarks.concealed.mesh import draw_mesh
 from benchmarks.concealed.motions.motion import DURATION_S
 from benchmarks.concealed.setting import REFINE, draw_friction_prior, draw_prior
 from benchmarks.concealed.strength import Films, moves_m, reported, rms, tuned
@@ -33,7 +34,9 @@ def make(case: Case, bundle: Path, answers: Path, held_out: Path | None = None) 
     setting = case.setting()
     grid = grid_for(setting)
     stage = Stage(setting, grid, draw_markers(setting, grid, case.stream("markers")), _offsets(case))
-    plan_list = [plan for plan in plans(case, setting) if held_out is not None or not plan.held_out]
+    all_plans = plans(case, setting)
+    mesh = draw_mesh(setting, [plan.motion for plan in all_plans], case.stream("mesh"))
+    plan_list = [plan for plan in all_plans if held_out is not None or not plan.held_out]
     without: Films = {plan.name: film(stage, plan, []) for plan in plan_list}
     effects, tracks, strengths = tuned(case, stage, plan_list, without)
     moved = [effect for effect in effects if not effect.measures_only]
@@ -47,7 +50,7 @@ def make(case: Case, bundle: Path, answers: Path, held_out: Path | None = None) 
         if folder is not None:
             chosen = [takes[plan.name] for plan in plan_list if plan.held_out == wanted]
             until = HELD_OUT_KEEPS_S if wanted else np.inf
-            _replace(folder, lambda place, c=chosen, u=until: write_bundle(place, stage, c, prior, friction, u))
+            _replace(folder, lambda place, c=chosen, u=until: write_bundle(place, stage, mesh, c, prior, friction, u))
     document = _document(case, stage, plan_list, effects, strengths, without, tracks)
     arrays = _arrays(plan_list, effects, without, tracks, takes)
     _replace(answers.with_suffix(".npz"), lambda place: _save(place, arrays))

@@ -10,27 +10,12 @@ from benchmarks.concealed.setting import Setting
 
 @dataclass(frozen=True)
 class Markers:
-    """M painted points. Anchors are on the bundle's mesh, weights on the laboratory's grid."""
+    """M painted points."""
 
     uv_m: np.ndarray
     """(M, 2) material coordinates."""
-    face: np.ndarray
-    """(M,) triangle of the bundle's mesh."""
-    barycentric: np.ndarray
-    """(M, 3)"""
     weights: np.ndarray
     """(M, count) cubic interpolation on the grid's flat axis: the place of a point on a smooth sheet."""
-
-
-def bundle_faces(columns: int, rows: int) -> np.ndarray:
-    """(F, 3) triangles of the bundle's mesh, all u x v upwards; the diagonals alternate."""
-    faces = []
-    for row in range(rows - 1):
-        for column in range(columns - 1):
-            a = row * columns + column
-            b, c, d = a + 1, a + columns, a + columns + 1
-            faces += [(a, b, d), (a, d, c)] if (row + column) % 2 == 0 else [(a, b, c), (b, d, c)]
-    return np.array(faces)
 
 
 def draw_markers(setting: Setting, grid: Grid, rng: np.random.Generator) -> Markers:
@@ -41,21 +26,7 @@ def draw_markers(setting: Setting, grid: Grid, rng: np.random.Generator) -> Mark
     u = (column + 0.5 + rng.uniform(-0.35, 0.35, len(column))) * cell_u
     v = (row + 0.5 + rng.uniform(-0.35, 0.35, len(row))) * cell_v
     uv = np.stack([u, v], axis=1)
-    face, barycentric = _anchors(setting, uv)
-    return Markers(uv, face, barycentric, cubic_weights(grid, uv))
-
-
-def _anchors(setting: Setting, uv_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    faces = bundle_faces(setting.columns, setting.rows)
-    step = np.array([setting.cloth.size_u_m / (setting.columns - 1), setting.cloth.size_v_m / (setting.rows - 1)])
-    row, column = np.divmod(np.arange(setting.columns * setting.rows), setting.columns)
-    places = np.stack([column, row], axis=1) * step
-    corner = places[faces]
-    edges = np.swapaxes(corner[:, 1:] - corner[:, :1], 1, 2)
-    part = np.einsum("fij,mfj->mfi", np.linalg.inv(edges), uv_m[:, None] - corner[None, :, 0])
-    all_parts = np.concatenate([1 - part.sum(axis=2, keepdims=True), part], axis=2)
-    face = all_parts.min(axis=2).argmax(axis=1)
-    return face, all_parts[np.arange(len(uv_m)), face]
+    return Markers(uv, cubic_weights(grid, uv))
 
 
 def cubic_weights(grid: Grid, uv_m: np.ndarray) -> np.ndarray:
