@@ -1,4 +1,4 @@
-"""The triangles that a lab hands over: uneven, as those of a scan, so that no node but those in grips lies where the laboratory's do."""
+"""The triangles that a lab hands over: uneven, as those of a scan: inside the rim, what grips hold alone lies on the laboratory's nodes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ def draw_mesh(setting: Setting, motions: Sequence[Motion], rng: np.random.Genera
 
 
 def _faces(columns: int, rows: int) -> np.ndarray:
-    """(F, 3) triangles; the diagonals alternate."""
+    """(F, 3) triangles, all u x v upwards; the diagonals alternate."""
     faces = []
     for row in range(rows - 1):
         for column in range(columns - 1):

@@ -14,6 +14,7 @@ UNCOVERED_S = 0.5  # clocks that differ by as much are a mismatch to be found, n
 STRETCHED = 1.3  # markers farther apart than the mesh allows: woven cloth tears before
 SHRUNK = 0.05  # of the span of their anchors: no cloth is ever crumpled so small from first frame to last
 BELOW_TABLE_M = 0.1
+FEWEST_SEEN = 3  # markers of a frame whose span says something: two may be folded onto each other
 FEWEST_PAIRS, FEWEST_FRAMES = 3, 3  # of markers seen together: one pair may be a mistake of the cameras
 
 
@@ -90,7 +91,7 @@ def check_lengths(seen: Seen, mesh: RestMesh, anchors: Anchors) -> None:
     """
     size = mesh_size_m(mesh)
     places = _places_m(mesh, anchors)
-    widest = 0.0  # of the share of their anchors' span that the markers of one frame span
+    shares = []  # of their anchors' span that the markers of a frame span
     for frame, points in enumerate(seen.markers_m):
         there = np.isfinite(points[:, 0])
         if there.sum() < 2:
@@ -101,8 +102,9 @@ def check_lengths(seen: Seen, mesh: RestMesh, anchors: Anchors) -> None:
                 f"{seen.place(frame)}: at {seen.time_s[frame]} s the markers span {span:.3g} m on a cloth of {size:.3g} m; "
                 "are they in millimetres, is a marker mislabelled, or are gaps written as zeros?"
             )
-        widest = max(widest, span / max(float(np.linalg.norm(np.ptp(places[there], axis=0))), 1e-9))
-    if 0 < widest < SHRUNK:
+        if there.sum() >= FEWEST_SEEN:
+            shares.append(span / float(np.linalg.norm(np.ptp(places[there], axis=0))))
+    if shares and (widest := max(shares)) < SHRUNK:
         raise BadInput(
             f"{seen.places.file}: markers never span more than {widest:.3g} of what their anchors on the mesh do; "
             "are they in metres and said to be in millimetres, or is the mesh of another unit?"

@@ -143,6 +143,10 @@ HARM = {
         _with(MARKERS, lambda t: t.assign(**{axis: t[axis] / 1000 for axis in ("x_m", "y_m", "z_m")})),
         r"markers\.parquet: markers never span more than 0\.00\d+ of .* said to be in millimetres",
     ),
+    "all markers in one place": (
+        _with(MARKERS, lambda t: t.assign(x_m=0.1, y_m=0.2, z_m=0.3)),
+        r"markers\.parquet: markers never span more than 0 of",
+    ),
     "a negative marker id": (_with(ANCHORS, lambda t: t.assign(marker=[-2, 5, 7])), r"anchors\.parquet.*marker id -2"),
     "a face without area": (_mesh("v 0.3 0.3 0", "v 0.15 0 0"), r"garment\.obj.*no area"),
     "a face of one vertex twice": (_mesh("f 1/1 2/2 3/3", "f 1/1 2/2 2/2"), r"garment\.obj.*(no area|no face)"),
