@@ -24,6 +24,9 @@ class _Effect(pydantic.BaseModel, allow_inf_nan=False):
     parameters: dict[str, float]
     extras: dict[str, float] = {}  # true values that the format's table has no name for, as a wind's drag
     named_by_format: bool
+    own_rms_m: float | None = (
+        None  # by which it moves markers, less what nothing else could have; None: a laboratory that does not say
+    )
 
 
 class Answers(pydantic.BaseModel, allow_inf_nan=False):
@@ -33,6 +36,15 @@ class Answers(pydantic.BaseModel, allow_inf_nan=False):
     effects: list[_Effect]
     baseline: dict[str, float]
     places_given: bool
+    target_rms_m: float = 0.0  # as strong as it was to come out
+
+    @property
+    def reached(self) -> dict[str, float]:
+        """How strong each effect came out, in units of what was asked for; of those of which the laboratory says it."""
+        told = {effect.name: effect.own_rms_m for effect in self.effects}
+        return {
+            name: own / self.target_rms_m for name, own in told.items() if own is not None and self.target_rms_m > 0.0
+        }
 
 
 def read_answers(path: Path, asked: Case | None = None) -> Answers:

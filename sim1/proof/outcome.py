@@ -8,6 +8,7 @@ import pydantic
 from sim1.mismatch.strict_json import Strict
 from sim1.proof.files import Baselines
 
+REACHED = 0.7  # of the strength that was asked for: with less an effect was out of the laboratory's reach; it stops searching within a factor of 1.4
 WORTH = 0.05  # of the baseline's held-out error: where an oracle gains less, there was nothing to recover
 
 
@@ -62,6 +63,9 @@ class Outcome(Strict):
     kind: Literal["null", "outside", "several", "single"]
     concealed: dict[str, dict[str, float]]  # effect -> its true parameters
     strength: str  # as the laboratory was asked
+    reached: dict[str, float] = pydantic.Field(
+        default_factory=dict
+    )  # concealed effect -> how strong it came out, in units of that; only of those where the laboratory says so
     seed: int
     places_given: bool
     verdict: Literal["none", "named", "ambiguous", "unknown", "failed"]
@@ -88,6 +92,11 @@ class Outcome(Strict):
     def weak(self) -> bool:
         """Whether it is a single effect below what should be found: no name is the honest answer to it, and counted apart."""
         return self.kind == "single" and self.strength == "weak"
+
+    @property
+    def as_asked(self) -> bool:
+        """Whether everything concealed came out as strong as was asked for, by a laboratory that says so."""
+        return all(self.reached.get(name, 0.0) > REACHED for name in self.concealed)
 
     @property
     def wrong(self) -> bool:

@@ -1,4 +1,4 @@
-"""`proof.json`, schema `sim1.proof/4`: all that a campaign has shown so far. It tells of diagnosed cases alone: what comes stays concealed."""
+"""`proof.json`, schema `sim1.proof/5`: all that a campaign has shown so far. It tells of diagnosed cases alone: what comes stays concealed."""
 
 from collections.abc import Collection, Sequence
 from pathlib import Path
@@ -33,7 +33,7 @@ class NotScored(Strict):
 class Proof(Strict):
     """Contents of `proof.json`."""
 
-    schema_: Literal["sim1.proof/4"] = pydantic.Field(default="sim1.proof/4", alias="schema")
+    schema_: Literal["sim1.proof/5"] = pydantic.Field(default="sim1.proof/4", alias="schema")
     drawn: int  # cases
     chosen: bool  # by a person, in a file, rather than drawn
     seed: str | None  # of the draw; told when no case is left

@@ -57,6 +57,7 @@ def score(files: Files, asked: Case, record: Record) -> Outcome:
         kind=kind,
         concealed=concealed,
         strength=answers.case.strength,
+        reached=answers.reached,
         seed=answers.case.seed,
         places_given=answers.places_given,
         verdict=said,

@@ -48,6 +48,7 @@ class Totals(Strict):
     """All cases together; a share counts cases that failed as wrong. Weak single effects, below what should be found, count where it is said."""
 
     named: Share  # cases of one effect of the table, medium and strong, named right and alone
+    named_as_asked: Share  # the same of those that came out as strong as asked for
     by_strength: dict[Strength, OfStrength]  # cases of one effect of the table, the weak ones too
     effects_ever_named: (
         Share  # different effects of the table that were concealed alone, not weak, and named at least once
@@ -58,6 +59,7 @@ class Totals(Strict):
     outside_without_name: Share  # called unknown or ambiguous
     outside_ambiguous: Share  # of these, called ambiguous: that lists names, none of them alone
     several_named: Share  # cases of two effects or more, all named and no other
+    several_as_asked: Share  # the first of these two among cases in which each effect came out as strong as asked for
     several_partly: Share  # at least one of them, and none that was not concealed; holds the row above
     named_above_limit: Share  # of single effects, the weak ones too, at least as strong as the diagnosis asks for
     named_below_limit: Share
@@ -127,6 +129,7 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
     false = [name for o in named_nulls for name in o.named]
     return Totals(
         named=share_of(o.right for o in singles),
+        named_as_asked=share_of(o.right for o in singles if o.as_asked),
         by_strength={name: _of_strength([o for o in every_single if o.strength == name]) for name in STRENGTHS},
         effects_ever_named=_ever_named(singles),
         nulls_called_none=share_of(o.right for o in nulls),
@@ -135,6 +138,7 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
         outside_without_name=share_of(o.right for o in kinds["outside"]),
         outside_ambiguous=share_of(o.verdict == "ambiguous" for o in kinds["outside"]),
         several_named=share_of(o.right for o in several),
+        several_as_asked=share_of(o.right for o in several if o.as_asked),
         several_partly=share_of(o.verdict == "named" and set(o.named) <= set(o.concealed) for o in several),
         named_above_limit=share_of(o.right for o in every_single if _over(o, least=1.0)),
         named_below_limit=share_of(o.right for o in every_single if _over(o, most=1.0)),

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from sim1.proof.answers import read_answers
+from sim1.proof.answers import Answers, read_answers
 from sim1.proof.errors import effect_errors, relative_error
 from sim1.proof.outcome import Number
 from sim1.stage import BadInput
@@ -69,3 +69,11 @@ def test_a_truth_that_no_effect_can_have_is_refused_with_the_answers_before_anyt
         BadInput, match=rf"case_001.json: {effect}: {parameter} is 0, must be above 0; film the case again"
     ):
         read_answers(tmp_path / "case_001.json")
+
+
+def test_answers_say_how_strong_each_effect_came_out_where_the_laboratory_measured_it():
+    effect = {"name": "wind", "parameters": {}, "named_by_format": True}
+    asked = {"case": {"effects": ["wind"], "seed": 1}, "baseline": {}, "places_given": True, "target_rms_m": 0.002}
+    measured = Answers.model_validate({**asked, "effects": [{**effect, "own_rms_m": 0.003}]})
+    assert measured.reached == {"wind": pytest.approx(1.5)}
+    assert Answers.model_validate({**asked, "effects": [effect]}).reached == {}

@@ -179,6 +179,22 @@ def test_strong_and_weak_effects_are_counted_apart():
     assert (totals.named_below_limit.count, totals.named_below_limit.of) == (0, 2)
 
 
+def test_what_the_laboratory_could_not_make_as_strong_as_asked_is_counted_apart():
+    full = {"reached": {"wind": 0.8, "adhesion": 1.3}}
+    one, both = ("case_001", "single", ["wind"]), ("case_004", "several", ["adhesion", "wind"])
+    told = [
+        outcome(*one, "named", ["wind"]).model_copy(update=full),
+        outcome(*one, "none").model_copy(update={"reached": {"wind": 0.6}}),
+        outcome(*one, "none"),  # of which nobody says it
+        outcome(*both, "named", ["adhesion", "wind"]).model_copy(update=full),
+        outcome(*both, "named", ["wind"]).model_copy(update={"reached": {"wind": 1.0, "adhesion": 0.4}}),
+        outcome(*both, "named", ["wind"]).model_copy(update=full),
+    ]
+    totals = totals_of(told)
+    assert (totals.named.of, totals.named_as_asked.count, totals.named_as_asked.of) == (3, 1, 1)
+    assert (totals.several_named.of, totals.several_as_asked.count, totals.several_as_asked.of) == (3, 1, 2)
+
+
 WEAK = [
     outcome("case_011", "single", ["wind"], "none", strength="weak", oracle_mm=0.5),
     outcome("case_012", "single", ["wind"], "unknown", strength="weak"),
