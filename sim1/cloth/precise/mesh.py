@@ -118,12 +118,7 @@ class Sheet:
             neighbours[b].append(a)
         fits = {}
         for vertex in inner:
-            ring = np.array(sorted([vertex, *neighbours[vertex]]))
-            across = np.unique(
-                self.faces[np.isin(self.faces, ring).sum(1) > 1]
-            )  # too few: what lies behind the ring's edges as well
-            nearest = (tree.query(self.material_m[vertex], k=min(enough, count))[1] for enough in FEW)
-            for near in (ring, across, *(np.union1d(across, more) for more in nearest)):
+            for near in self._wider_and_wider(int(vertex), neighbours[vertex], tree):
                 fit = _derivatives(self.material_m[near] - self.material_m[vertex])
                 if fit is not None:
                     fits[int(vertex)] = near, fit
@@ -150,6 +145,15 @@ class Sheet:
             centre=centres,
             area_m2=area[centres],
         )
+
+    def _wider_and_wider(self, vertex: int, neighbours: list[int], tree: cKDTree) -> Iterator[np.ndarray]:
+        """Nodes (n,) for a stencil: the ring around a vertex, what lies behind the ring's edges as well, and ever more of the nearest."""
+        ring = np.array(sorted([vertex, *neighbours]))
+        yield ring
+        behind = np.unique(self.faces[np.isin(self.faces, ring).sum(1) > 1])
+        yield behind
+        for few in FEW:
+            yield np.union1d(behind, tree.query(self.material_m[vertex], k=min(few, len(self.material_m)))[1])
 
 
 def _derivatives(offset_m: np.ndarray) -> np.ndarray | None:
