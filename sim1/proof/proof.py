@@ -33,7 +33,7 @@ class NotScored(Strict):
 class Proof(Strict):
     """Contents of `proof.json`."""
 
-    schema_: Literal["sim1.proof/5"] = pydantic.Field(default="sim1.proof/4", alias="schema")
+    schema_: Literal["sim1.proof/5"] = pydantic.Field(default="sim1.proof/5", alias="schema")
     drawn: int  # cases
     chosen: bool  # by a person, in a file, rather than drawn
     seed: str | None  # of the draw; told when no case is left

@@ -18,6 +18,7 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.summary import SCHEMA
 from sim1.proof.files import Files
 from sim1.proof.oracle import ask_oracle
+from sim1.proof.proof import Proof
 from sim1.proof.prove import prove
 from sim1.proof.report import rewrite
 from sim1.stage import BadInput
@@ -33,7 +34,9 @@ def test_what_is_concealed_is_named_scored_and_shown(tmp_path):
         ("outside", "unknown", True),
     ]
     assert proof.one_code
-    assert json.loads((tmp_path / "out" / "proof.json").read_text())["totals"]["named"]["count"] == 1
+    told = Proof.model_validate_json((tmp_path / "out" / "proof.json").read_text())
+    assert told == proof
+    assert told.totals.named.count == 1
     page = (tmp_path / "out" / "proof.html").read_text()
     assert 'href="found/case_001/report.html"' in page
     assert "adhesion + wind" in page
