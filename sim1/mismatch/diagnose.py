@@ -8,19 +8,17 @@ import numpy as np
 from sim1.cloth.effects import EFFECTS
 from sim1.mismatch.assimilate import Located, locate_forces
 from sim1.mismatch.borne_out import parts_of
-from sim1.mismatch.contest import contest
 from sim1.mismatch.decide import rating
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import Fit, Tempers
 from sim1.mismatch.foretold import ByTerms, Foretold, foretold_by
-from sim1.mismatch.heldout import held_out, rmse_of
-from sim1.mismatch.judging import judge
+from sim1.mismatch.heldout import rmse_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.noise import frame_noise
 from sim1.mismatch.patience import Patience
-from sim1.mismatch.remarks import not_asked, not_followed, not_foretold, not_set_apart, vote
+from sim1.mismatch.remarks import explains_heldout, not_asked, not_followed, not_foretold, not_set_apart, vote
+from sim1.mismatch.rounds import rounds
 from sim1.mismatch.screen import Candidate
-from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
 from sim1.recording.bundle import Bundle
 from sim1.recording.lateness import is_late
@@ -48,6 +46,7 @@ class Diagnosis:
     verdict: str
     rivals: tuple[Model, ...]  # that explain it about as well
     misfit: dict[str, float]  # mean squared residual of baseline and chosen on what was fitted
+    left_heldout: float | None  # of the chosen on what was not, as `Round.left`
     spoken_for: tuple[str, ...]  # names that fits left in doubt and motion held out decided for
     withdrawn: tuple[str, ...]  # names that motion held out took back
     # Nats by which motion held out is less likely with what was named, or withdrawn; None: not known.
@@ -95,19 +94,12 @@ def _diagnose(
     progress: Callable[[float, str], None],
     calibrated: Callable[[Fit], None],
 ) -> Diagnosis:
-    heldout = (held_out(bundle),)
-    fitted = tuple(name for name in engine.names if name not in heldout)
-    found = contest(
-        engine,
-        baseline(bundle),
-        fitted,
-        thresholds,
-        lambda share, what: progress(0.02 + 0.78 * share, what),
-        calibrated,
+    delays = delays_measured(bundle)
+    tried = rounds(
+        engine, bundle, thresholds, delays, lambda share, what: progress(0.02 + 0.78 * share, what), calibrated
     )
-    delays, stopped = delays_measured(bundle), engine.patience.over
-    progress(0.8, "checking on motion held out")
-    judged = judge(engine, found.pool, heldout, thresholds, delays, stopped=stopped)
+    fitted, heldout, found, judged = tried.last.fitted, tried.last.heldout, tried.last.found, tried.last.judged
+    stopped = tried.stopped
     decision, named = judged.decision, judged.named
     foretold = {"baseline": foretold_by(engine, decision.null, engine.names)}
     told = {(): foretold["baseline"].of(heldout)}  # by effects
@@ -139,6 +131,7 @@ def _diagnose(
         verdict=verdict,
         rivals=decision.rivals,
         misfit=decision.misfit,
+        left_heldout=tried.last.left,
         spoken_for=judged.spoken_for,
         withdrawn=judged.withdrawn,
         against=judged.against,
@@ -152,6 +145,7 @@ def _diagnose(
         remarks=(
             *([noise.remark] if noise.remark else []),
             vote(heldout, judged),
+            *explains_heldout(tried, thresholds),
             *not_foretold(foretold),
             *(not_followed(terms) for terms in found.unfollowed),
             *(not_asked(terms, why) for terms, why in judged.heard.unasked.items()),

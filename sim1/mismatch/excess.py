@@ -11,7 +11,12 @@ GROSS = 25.0  # squared residuals count no more than this: a marker that was mis
 
 def mean_square(fit: Fit, names: tuple[str, ...] = (), gross: float = GROSS) -> float:
     """Mean squared residual of some recordings, or all, gross errors capped, in units of its variance."""
-    values = np.concatenate([fit.residuals[name] for name in names or fit.names])
+    return mean_square_of({name: fit.residuals[name] for name in names or fit.names}, gross)
+
+
+def mean_square_of(residuals: dict[str, np.ndarray], gross: float = GROSS) -> float:
+    """The same of residuals (K,) by recording."""
+    values = np.concatenate(list(residuals.values()))
     return float(np.mean(np.minimum(values**2, gross)))
 
 

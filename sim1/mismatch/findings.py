@@ -218,6 +218,7 @@ def summary_of(found: Diagnosis, untold: Sequence[Statement], thresholds: Thresh
                 **found.misfit,
                 "limit": thresholds.misfit,
                 "alone": worst(found.baseline.fit),
+                "heldout": found.left_heldout,
                 "table": on_table(found.baseline.fit),
             },
             "prices": {name: getattr(thresholds, name) for name in Prices.model_fields},

@@ -6,12 +6,12 @@ from sim1.cloth.precise.held_places import held_places
 from sim1.recording.bundle import Bundle
 
 
-def held_out(bundle: Bundle) -> str:
+def held_out(bundle: Bundle, but: str | None = None) -> str:
     """The one whose motion, by the drives alone, is most like another's: what is asked is foretelling, not a new experiment.
 
     Where nobody measured how the cloth sits in its grips, one whose grips other recordings have too, if there is one: from these it
     is learnt, and what is left of it at rest would hold whatever else the resting markers are off by. A recording in which nothing
-    holds the cloth tests what a fall tells, and no drive: it is held out only where there are not two others.
+    holds the cloth tests what a fall tells, and no drive: it is held out only where there are not two others. `but` is not chosen.
     """
     features = {}
     for recording in (one for one in bundle.recordings if one.holds):
@@ -25,8 +25,9 @@ def held_out(bundle: Bundle) -> str:
         features[recording.name] = np.mean(rows, axis=0)
     names = list(features)
     if len(names) < 2:
-        return [one.name for one in bundle.recordings if not one.holds][-1]
+        return [one.name for one in bundle.recordings if not one.holds and one.name != but][-1]
     nearest = {a: min(float(np.linalg.norm(features[a] - features[b])) for b in names if b != a) for a in names}
+    names = [name for name in names if name != but]
     learnt = [name for name in names if _grips_are_learnt(bundle, name)]
     return min(reversed(learnt or names), key=lambda name: nearest[name])
 

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Sequence
 
 from sim1.mismatch.foretold import Foretold
 from sim1.mismatch.judging import Judgement
+from sim1.mismatch.rounds import Rounds
+from sim1.mismatch.thresholds import Thresholds
 
 
 def not_foretold(foretold: dict[str, Foretold]) -> Iterator[str]:
@@ -42,3 +44,21 @@ def vote(heldout: Sequence[str], judged: Judgement) -> str:
     if judged.asked:
         return f"{where} had a vote on {' and '.join(judged.asked)} and changed nothing: the error there is of a model that it could have changed"
     return f"{where} had no vote: the error there is of a model that was chosen without it"
+
+
+def explains_heldout(found: Rounds, thresholds: Thresholds) -> Iterator[str]:
+    """Whether what no fit saw is explained, where it is not or was not at first."""
+    if (first := found.taught_by) is not None:
+        yield (
+            f"{', '.join(first.heldout)}, held out at first, was left at {first.left:.1f} times its variance by what explained the others: "
+            f"it was fitted, too, and {', '.join(found.last.heldout)} held out in its place"
+        )
+    where = f"{', '.join(found.last.heldout)}, which no fit saw,"
+    if found.last.unexplained(thresholds):
+        untaught = f"; a search that fits it, too, came to no end ({found.not_taught})" if found.not_taught else ""
+        yield (
+            f"{where} is left at {found.last.left:.1f} times its variance: something shows there that the verdict, said of what was "
+            f"fitted, does not explain{untaught}"
+        )
+    elif found.last.not_left:
+        yield f"whether {where} is explained is not known: {found.last.not_left}"

@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/13`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/14`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/13"
+SCHEMA = "sim1.diagnosis/14"
 
 
 class Ranked(Strict):
@@ -43,6 +43,9 @@ class Misfit(Strict):
     chosen: float
     limit: float  # from which something is taken to be missing
     alone: float  # of the baseline, in the recording with the largest
+    heldout: (
+        float | None
+    )  # of the chosen model, where no fit was; None: not asked, as it leaves too much where one was, or no simulation follows
     table: bool  # whether cloth could lie on one
 
 
@@ -92,7 +95,7 @@ class Prices(Strict):
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/13"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/14"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts

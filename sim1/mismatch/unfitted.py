@@ -56,6 +56,20 @@ class Heard:
 NOTHING = Heard(residuals={}, unasked={}, temper={}, coarser={}, stretch={})
 
 
+def left_by(engine: Engine, model: Model, heard: Heard, names: tuple[str, ...]) -> Residuals:
+    """Residuals (K,) that a model leaves in recordings that no fit has seen: as they were `heard`, or looked at now.
+
+    Raises:
+        NotConverged: no simulation of it follows.
+    """
+    if model.terms in heard.residuals:
+        return heard.residuals[model.terms]
+    unknowns, z = model.fit.unknowns, model.fit.z
+    with engine.aside():
+        engine.refine(unknowns.world(z), names)
+        return engine.soften(unknowns, z, names)[0]
+
+
 def hear(engine: Engine, null: Model, models: list[Model], names: tuple[str, ...]) -> Heard:
     """What recordings that no fit has seen say of models, the baseline `null` beside them.
 

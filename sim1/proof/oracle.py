@@ -36,9 +36,9 @@ def ask_oracle(films: Films, outcomes: tuple[Outcome, ...]) -> None:
         began = time.monotonic()
         fabric = {name: n.true for name, n in one.found.fabric.items() if n.true is not None}
         answers = read_answers(filmed.answers(one.case))
-        heldout_mm, unseen_mm, lost = None, None, {}
+        bundle, heldout_mm, unseen_mm, lost = read_bundle(filmed.bundle(one.case)), None, None, {}
         try:
-            heldout, told = heldout_m(read_bundle(filmed.bundle(one.case)), concealed(answers), fabric)
+            heldout, told = heldout_m(bundle, concealed(answers), fabric, one.found.heldout_of(bundle))
             heldout_mm = 1e3 * heldout
         except NotConverged as error:
             lost["heldout"] = str(error)
@@ -92,19 +92,19 @@ def _unseen_mm(files: Files, case: str, told: ClothPhysics) -> float | None:
 
 
 def heldout_m(
-    bundle: Bundle, effects: Mapping[str, Mapping[str, float]], fabric: Mapping[str, float]
+    bundle: Bundle, effects: Mapping[str, Mapping[str, float]], fabric: Mapping[str, float], held: str
 ) -> tuple[float, ClothPhysics]:
-    """Error [m] on the held-out recording of the model with these effects, fitted from these values to the other recordings, and the model.
+    """Error [m] on the recording `held` of the model with these effects, fitted from these values to the other recordings, and the model.
 
     Raises:
         NotConverged: no simulation of it found its way.
     """
     from sim1.mismatch.engine import Engine
-    from sim1.mismatch.heldout import held_out, rmse_of
+    from sim1.mismatch.heldout import rmse_of
     from sim1.mismatch.model_file import physics_of
     from sim1.mismatch.models import calibrate
 
-    (model, z), held = as_told(bundle, effects, fabric), held_out(bundle)
+    model, z = as_told(bundle, effects, fabric)
     with Engine(bundle) as engine:
         names = tuple(name for name in engine.names if name != held)
         found = calibrate(engine, model, z, names, lambda share: None)

@@ -1,12 +1,15 @@
 """What became of one case: `outcomes/CASE.json`, and what follows from its figures."""
 
 import math
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import pydantic
 
 from sim1.mismatch.strict_json import Strict
 from sim1.proof.files import Baselines
+
+if TYPE_CHECKING:
+    from sim1.recording.bundle import Bundle
 
 REACHED = 0.7  # of the strength that was asked for: with less an effect was out of the laboratory's reach; it stops searching within a factor of 1.4
 WORTH = 0.05  # of the baseline's held-out error: where an oracle gains less, there was nothing to recover
@@ -38,7 +41,12 @@ class Found(Strict):
     fabric: dict[str, Number]
     misfit: tuple[float, float]  # baseline, chosen: mean squared residual in units of noise and mesh error
     misfit_alone: float  # of the baseline, in the recording with the largest
+    misfit_heldout: float | None = (
+        None  # of the chosen model, where no fit was; None: not asked, or scored before this was told
+    )
     table: bool  # whether cloth could lie on one
+    # Recordings that no fit saw; none: scored before this was told, when `held_out` said which one it is.
+    heldout: tuple[str, ...] = ()
     fit_mm: tuple[float | None, float | None]  # rmse before and after what was added, from rest and drives alone
     heldout_mm: tuple[float | None, float | None]  # None: no simulation follows all of it
     spoken_for: tuple[str, ...] | None = (
@@ -54,6 +62,12 @@ class Found(Strict):
     over_limit: dict[
         str, float
     ]  # concealed effect -> its strength in units of that from which it should show, where it can be told
+
+    def heldout_of(self, bundle: "Bundle") -> str:
+        """The recording that no fit saw: other methods are held to the same one."""
+        from sim1.mismatch.heldout import held_out
+
+        return self.heldout[0] if self.heldout else held_out(bundle)
 
 
 class Outcome(Strict):

@@ -71,8 +71,10 @@ def test_the_files_read_back_and_the_page_says_the_verdict(dragged):
 
 @pytest.mark.slow
 def test_an_oracle_that_is_told_of_the_drag_has_nothing_more_to_gain(dragged):
-    bundle, _, verdict, _ = dragged
-    told_m, _ = heldout_m(bundle, {"air_drag": {"c_normal": 3.0, "c_tangential": 0.0}}, {"area_density_kg_m2": 0.2})
+    bundle, folder, verdict, _ = dragged
+    [held] = read_summary(folder / "out" / "summary.json").heldout
+    drag, fabric = {"air_drag": {"c_normal": 3.0, "c_tangential": 0.0}}, {"area_density_kg_m2": 0.2}
+    told_m, _ = heldout_m(bundle, drag, fabric, held)
     assert verdict.rmse_m.augmented.heldout == pytest.approx(told_m, rel=0.1)
 
 

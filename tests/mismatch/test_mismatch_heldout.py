@@ -49,6 +49,16 @@ def test_what_nothing_holds_is_held_out_only_where_there_are_not_two_others():
     assert held_out(let_go(bundle, *(one.name for one in bundle.recordings))) == "swing_3"
 
 
+@pytest.mark.parametrize("loose", [(), ("swing_0",), ("swing_0", "swing_1", "swing_2")])
+def test_another_is_held_out_in_place_of_one_that_is_to_be_fitted(loose):
+    bundle = let_go(empty_bundle(motions=4), *loose)
+    first = held_out(bundle)
+    second = held_out(bundle, but=first)
+    assert second != first
+    assert second in {one.name for one in bundle.recordings}
+    assert (second in loose) is (len(loose) == 3)
+
+
 def test_a_bundle_in_which_nothing_is_held_is_examined_like_any_other(tmp_path):
     bundle = empty_bundle(motions=3)
     write_bundle(tmp_path / "b", let_go(bundle, "swing_1"))

@@ -39,7 +39,7 @@ SUMMARY = {
     "withdrawn": [],
     "converged": True,
     "creep_m": 0.0,
-    "misfit": {"baseline": 2.0, "chosen": 1.0, "limit": 1.3, "alone": 2.5, "table": False},
+    "misfit": {"baseline": 2.0, "chosen": 1.0, "limit": 1.3, "alone": 2.5, "heldout": 1.72, "table": False},
     "prices": dict.fromkeys(Prices.model_fields, 1),
     "ranking": [],
     "estimates": [
@@ -132,6 +132,12 @@ def test_what_is_undecided_stands_beside_the_recording_that_would_decide_it(page
 
 def test_whether_motion_held_out_had_a_vote_is_told(page):
     assert VOTE in page()
+
+
+def test_what_the_model_leaves_in_motion_that_no_fit_saw_is_told_beside_the_limit_where_it_is_known(page):
+    assert "a mean square of 1.00 where it was fitted and\n1.72 where it was not" in page()
+    unknown = page(summary={"misfit": SUMMARY["misfit"] | {"heldout": None}})
+    assert "where it was not" not in unknown
 
 
 def test_where_nothing_is_undecided_no_table_of_it_is_shown(page):

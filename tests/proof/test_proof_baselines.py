@@ -124,14 +124,14 @@ def test_every_diagnosed_case_is_asked_once_without_its_answers_and_the_report_t
     made = campaign(tmp_path, CASES)  # the last diagnosis fails
     outcomes, asked, said = prove(made).outcomes, [], []
 
-    def sparse(bundle, physics):
+    def sparse(bundle, physics, held):
         asked.append((bundle.name, physics.parent.name))
         return sindy.Named(effects=("air_drag",), heldout_m=0.0015 if bundle.name == "case_001" else None)
 
     monkeypatch.setattr("sim1.proof.baselines.ask.read_bundle", lambda path: path)
     monkeypatch.setattr("sim1.proof.baselines.ask.read_physics", lambda path: path)
     monkeypatch.setattr("sim1.proof.baselines.ask.sparse_effects", sparse)
-    monkeypatch.setattr("sim1.proof.baselines.ask.heldout_m", lambda bundle, physics: 0.0012)
+    monkeypatch.setattr("sim1.proof.baselines.ask.heldout_m", lambda bundle, physics, held: 0.0012)
     with pytest.raises(KeyboardInterrupt):
         ask_baselines(films(made, interrupted(said, after=1)), outcomes)
     for _ in range(2):

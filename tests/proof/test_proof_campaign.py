@@ -257,7 +257,8 @@ def test_the_oracle_is_asked_once_of_what_has_effects_of_the_table_and_was_diagn
     prove(made)
     asked, said = [], []
 
-    def told(bundle, effects, fabric):
+    def told(bundle, effects, fabric, held):
+        assert held == "b"  # as the diagnosis had it
         asked.append((bundle.name, sorted(effects), fabric))
         if "air_drag" not in effects:
             raise NotConverged("the pair snaps")

@@ -57,15 +57,15 @@ def elsewhere(tmp_path):
 def test_the_oracle_is_asked_of_films_that_are_made_again_and_are_those_that_were_committed_to(elsewhere, monkeypatch):
     asked, said, before = [], [], len(notes(elsewhere.home, "laboratory"))
 
-    def told(bundle, effects, fabric):
-        asked.append((bundle, sorted(effects)))
+    def told(bundle, effects, fabric, held):
+        asked.append((bundle, sorted(effects), held))
         raise NotConverged("it snaps")
 
     monkeypatch.setattr("sim1.proof.oracle.read_bundle", lambda path: path)
     monkeypatch.setattr("sim1.proof.oracle.heldout_m", told)
     for _ in range(2):
         ask_oracle(films(elsewhere, said.append), rewrite(elsewhere.files).outcomes)
-    assert asked == [(elsewhere.files.root / "again" / "bundles" / "case_001", ["air_drag"])]
+    assert asked == [(elsewhere.files.root / "again" / "bundles" / "case_001", ["air_drag"], "b")]
     assert len(notes(elsewhere.home, "laboratory")) == before + 1
     assert said == [
         "case_001: filming again, as its films stayed behind",
@@ -110,14 +110,14 @@ def test_simpler_methods_are_asked_elsewhere_where_the_calibrated_baseline_came_
     brought.parent.mkdir(parents=True)
     brought.write_text("calibrated")
 
-    def sparse(bundle, physics):
+    def sparse(bundle, physics, held):
         asked.append((bundle, physics))
         return sindy.Named(effects=("wind",), heldout_m=0.0015)
 
     monkeypatch.setattr("sim1.proof.baselines.ask.read_bundle", lambda path: path)
     monkeypatch.setattr("sim1.proof.baselines.ask.read_physics", lambda path: path.read_text())
     monkeypatch.setattr("sim1.proof.baselines.ask.sparse_effects", sparse)
-    monkeypatch.setattr("sim1.proof.baselines.ask.heldout_m", lambda bundle, physics: 0.0012)
+    monkeypatch.setattr("sim1.proof.baselines.ask.heldout_m", lambda bundle, physics, held: 0.0012)
     ask_baselines(films(elsewhere, said.append), rewrite(elsewhere.files).outcomes)
     assert asked == [(elsewhere.files.again.bundle("case_001"), "calibrated")]
     assert said[0].startswith("case_002: not asked, as ")

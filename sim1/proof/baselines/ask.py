@@ -37,7 +37,8 @@ def ask_baselines(films: Films, outcomes: tuple[Outcome, ...]) -> None:
             told = one.baselines or Baselines(case=one.case)
             known = read_json(path, Baselines, "remove it and ask again") if path.is_file() else told
             if getattr(known, field) is None and (filmed := films.of(one.case)) is not None:
-                answer = ask(read_bundle(filmed.bundle(one.case)), read_physics(_baseline(files, one.case)))
+                bundle = read_bundle(filmed.bundle(one.case))
+                answer = ask(bundle, read_physics(_baseline(files, one.case)), one.found.heldout_of(bundle))
                 write_model(path, known.model_copy(update={field: answer}))
                 films.tell(f"{one.case}: {_told(answer)}; {number} of {len(asked)} asked")
 
@@ -46,21 +47,21 @@ def _baseline(files: Files, case: str) -> Path:
     return files.found(case) / "baseline.yaml"
 
 
-def ask_sparse(bundle: Bundle, calibrated: ClothPhysics) -> Sparse:
-    """Sparse regression on a case."""
+def ask_sparse(bundle: Bundle, calibrated: ClothPhysics, held: str) -> Sparse:
+    """Sparse regression on a case, and its error on the recording `held`."""
     began = time.monotonic()
     try:
-        said = sparse_effects(bundle, calibrated)
+        said = sparse_effects(bundle, calibrated, held)
     except NotConverged:
         return Sparse(named=None, heldout_mm=None, seconds=_since(began))
     off_mm = None if said.heldout_m is None else 1e3 * said.heldout_m
     return Sparse(named=said.effects, heldout_mm=off_mm, seconds=_since(began))
 
 
-def ask_generic(bundle: Bundle, calibrated: ClothPhysics) -> Generic:
-    """A residual without a name, fitted to a case."""
+def ask_generic(bundle: Bundle, calibrated: ClothPhysics, held: str) -> Generic:
+    """A residual without a name, fitted to a case, and its error on the recording `held`."""
     began = time.monotonic()
-    off_m = heldout_m(bundle, calibrated)
+    off_m = heldout_m(bundle, calibrated, held)
     return Generic(heldout_mm=None if off_m is None else 1e3 * off_m, seconds=_since(began))
 
 

@@ -14,7 +14,7 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.cloth.precise.world import World
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import fit, temper_of
-from sim1.mismatch.heldout import held_out, rmse_of
+from sim1.mismatch.heldout import rmse_of
 from sim1.mismatch.model_file import known_places
 from sim1.mismatch.search import AXES, Term, Unknowns, baseline
 from sim1.recording.bundle import Bundle
@@ -48,12 +48,12 @@ def smooth_term(weight_pa: float) -> Term:
     return Term(effect=SmoothPush, coefficients=tuple(coefficients))
 
 
-def heldout_m(bundle: Bundle, physics: ClothPhysics) -> float | None:
-    """Error [m] on the held-out recording of the calibrated model `physics` with a smooth push, fitted to the other recordings.
+def heldout_m(bundle: Bundle, physics: ClothPhysics, held: str) -> float | None:
+    """Error [m] on the recording `held` of the calibrated model `physics` with a smooth push, fitted to the other recordings.
 
     None: no simulation of it found its way.
     """
-    plain, held = baseline(bundle), held_out(bundle)
+    plain = baseline(bundle)
     start = calibrated_z(bundle, plain, physics)
     weight_pa = physics.area_density_kg_m2.value * float(np.linalg.norm(bundle.environment.gravity_m_s2))
     model = plain.with_terms(smooth_term(weight_pa))

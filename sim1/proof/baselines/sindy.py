@@ -18,7 +18,7 @@ from sim1.cloth.precise.pull import Goals, Pull
 from sim1.cloth.precise.simulate import NotConverged, simulate
 from sim1.cloth.precise.world import World
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.heldout import held_out, rmse_of
+from sim1.mismatch.heldout import rmse_of
 from sim1.mismatch.model_file import with_grips, world_of
 from sim1.mismatch.screen import site_of
 from sim1.proof.baselines.dictionary import Entry, entries_of, world_with
@@ -53,15 +53,15 @@ class Named:
     heldout_m: float | None  # of the baseline with these effects; None: no simulation of it found its way
 
 
-def sparse_effects(bundle: Bundle, physics: ClothPhysics) -> Named:
-    """Names by sparse regression on all recordings but the held-out one, beside the calibrated model `physics`, and its error on that one.
+def sparse_effects(bundle: Bundle, physics: ClothPhysics, held: str) -> Named:
+    """Names by sparse regression on all recordings but `held`, beside the calibrated model `physics`, and its error on that one.
 
     Raises:
         BadInput: PySINDy is not installed.
         NotConverged: a recording that the baseline cannot follow.
     """
     bundle = with_grips(bundle, physics)
-    plain, held = world_of(physics, bundle), held_out(bundle)
+    plain = world_of(physics, bundle)
     with Engine(bundle) as engine:
         with threadpool_limits(1):  # the matrices are small
             given = regression(engine, plain, tuple(name for name in engine.names if name != held))
