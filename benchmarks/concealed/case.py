@@ -43,6 +43,8 @@ class Case:
     seed: int
     motions: tuple[str, ...] = ()
     """To film, in place of those that are drawn."""
+    specimen: int = 0
+    """Which cloth, with its motions, of those that follow from the rest."""
 
     def __post_init__(self) -> None:
         """Refuse what there is not."""
@@ -63,7 +65,7 @@ class Case:
 
     def stream(self, purpose: str) -> np.random.Generator:
         """Random numbers for one purpose; a change in one leaves the others as they are."""
-        key = f"{'+'.join(self.effects)}|{purpose}"
+        key = f"{'+'.join(self.effects)}|{purpose}" + (f"|{self.specimen}" if self.specimen else "")
         return np.random.default_rng([self.seed, zlib.crc32(key.encode())])
 
     def setting(self) -> Setting:

@@ -19,6 +19,7 @@ from benchmarks.concealed.markers import camera_noise, draw_markers, drop_outs
 from benchmarks.concealed.mesh import draw_mesh
 from benchmarks.concealed.motions.motion import DURATION_S
 from benchmarks.concealed.setting import REFINE, draw_friction_prior, draw_prior
+from benchmarks.concealed.specimen import Specimen, taken
 from benchmarks.concealed.strength import Films, moves_m, reported, rms, tuned
 
 HELD_OUT_KEEPS_S = 0.5
@@ -31,14 +32,10 @@ def make(case: Case, bundle: Path, answers: Path, held_out: Path | None = None) 
     All files appear at once or not at all, and are the same whenever they are made. Returns the answers, and how long it took.
     """
     started = time.perf_counter()
-    setting = case.setting()
-    grid = grid_for(setting)
-    stage = Stage(setting, grid, draw_markers(setting, grid, case.stream("markers")), _offsets(case))
-    all_plans = plans(case, setting)
-    mesh = draw_mesh(setting, [plan.motion for plan in all_plans], case.stream("mesh"))
-    plan_list = [plan for plan in all_plans if held_out is not None or not plan.held_out]
-    without: Films = {plan.name: film(stage, plan, []) for plan in plan_list}
-    effects, tracks, strengths = tuned(case, stage, plan_list, without)
+    one = taken(case, lambda like: _specimen(like, with_held_out=held_out is not None))
+    case, stage, plan_list, without, effects = one.case, one.stage, one.plans, one.without, one.effects
+    setting, tracks = stage.setting, dict(one.tracks)
+    mesh = draw_mesh(setting, [plan.motion for plan in plans(case, setting)], case.stream("mesh"))
     moved = [effect for effect in effects if not effect.measures_only]
     for plan in plan_list:
         if plan.name not in tracks:
@@ -51,11 +48,23 @@ def make(case: Case, bundle: Path, answers: Path, held_out: Path | None = None) 
             chosen = [takes[plan.name] for plan in plan_list if plan.held_out == wanted]
             until = HELD_OUT_KEEPS_S if wanted else np.inf
             _replace(folder, lambda place, c=chosen, u=until: write_bundle(place, stage, mesh, c, prior, friction, u))
-    document = _document(case, stage, plan_list, effects, strengths, without, tracks)
+    document = _document(one, tracks)
     arrays = _arrays(plan_list, effects, without, tracks, takes)
     _replace(answers.with_suffix(".npz"), lambda place: _save(place, arrays))
     _replace(answers, lambda place: place.write_text(json.dumps(document, indent=1) + "\n"))
     return document | {"made_in_s": round(time.perf_counter() - started, 1)}
+
+
+def _specimen(case: Case, *, with_held_out: bool) -> Specimen:
+    setting = case.setting()
+    grid = grid_for(setting)
+    stage = Stage(setting, grid, draw_markers(setting, grid, case.stream("markers")), _offsets(case))
+    wanted = [plan for plan in plans(case, setting) if with_held_out or not plan.held_out]
+    without: Films = {plan.name: film(stage, plan, []) for plan in wanted}
+    effects, tracks, strengths = tuned(case, stage, wanted, without)
+    return Specimen(
+        case=case, stage=stage, plans=wanted, without=without, effects=effects, tracks=tracks, strengths=strengths
+    )
 
 
 def _offsets(case: Case) -> dict[str, np.ndarray]:
@@ -74,15 +83,8 @@ def _take(case: Case, stage: Stage, plan: Plan, effects: Sequence[Effect], track
     return Take(plan, stamps, clean + noise, visible, drive_stamps(setting.drive_hz, rng))
 
 
-def _document(
-    case: Case,
-    stage: Stage,
-    plan_list: Sequence[Plan],
-    effects: Sequence[Effect],
-    strengths: Sequence[float],
-    without: Films,
-    tracks: Films,
-) -> dict:
+def _document(one: Specimen, tracks: Films) -> dict:
+    case, stage, plan_list, effects, without = one.case, one.stage, one.plans, one.effects, one.without
     setting = stage.setting
     change = {plan.name: rms(moves_m(effects, tracks[plan.name], without[plan.name])) for plan in plan_list}
     filmed = [change[plan.name] for plan in plan_list if not plan.held_out]
@@ -98,7 +100,7 @@ def _document(
                 "named_by_format": LIBRARY[effect.name].in_table,
                 "own_rms_m": strength * setting.noise_m,
             }
-            for effect, strength in zip(effects, strengths, strict=True)
+            for effect, strength in zip(effects, one.strengths, strict=True)
         ],
         "baseline": {
             **asdict(setting.cloth),
@@ -123,7 +125,12 @@ def _document(
         "places_given": setting.places_given,
         "tool_offsets_m": {drive: offset.tolist() for drive, offset in stage.offsets_m.items()},
         "markers_uv_m": stage.markers.uv_m.tolist(),
-        "laboratory": {"columns": stage.grid.columns, "rows": stage.grid.rows, "refine": REFINE},
+        "laboratory": {
+            "columns": stage.grid.columns,
+            "rows": stage.grid.rows,
+            "refine": REFINE,
+            "specimen": case.specimen,
+        },
         "arrays": {
             "NAME/stamps_s": "(F,) stamps of the bundle's marker frames",
             "NAME/clean_m": "(F, M, 3) what the cameras would report at them without noise, in the markers' frame",
