@@ -23,6 +23,7 @@ NEAR, FAR = 270.0, 0.3  # nats, and of what the best gains: models further behin
 STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one search differ by less
 PARTNERS = 3  # second effects that are tried beside each
 HINT = 30.0  # nats that slopes must promise of one: less than a name is worth, as on the coarser mesh they foretell to a quarter
+HOPE = 0.75  # of the least that motion held out could still speak for, that they must promise, too
 OTHERS = 2  # that gain by themselves and that no slopes promise anything of beside the best
 FIRSTS = 3  # models that they are tried beside: the best one and its closest rivals
 
@@ -185,7 +186,7 @@ def with_a_second(
                 (n + share) / len(firsts), f"{name} beside {one.terms[0]}"
             ),
             most=PARTNERS,
-            least=HINT,
+            least=hint_of(gain_of(found.pool, first, thresholds), thresholds),
             variants=first.variants,
         )
         pairs += tried.models
@@ -206,6 +207,11 @@ def with_a_second(
     pool = simplified(engine, pool, thresholds, names)
     found = replace(found, pool=pool, lost=(*found.lost, *lost), unfollowed=tuple(unfollowed))
     return _tempered(engine, found, names, thresholds)
+
+
+def hint_of(gain: float, thresholds: Thresholds) -> float:
+    """What slopes must promise of a second effect beside a first that gains so much, nats: one that can be no name is not fitted."""
+    return max(HINT, HOPE * thresholds.doubtful * thresholds.second_share * gain)
 
 
 def _both(first: Model, other: str) -> tuple[str, ...]:

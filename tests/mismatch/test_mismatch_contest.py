@@ -10,6 +10,7 @@ from straight_engine import TRUE, Straight, two_unknowns
 
 from sim1.cloth.effects import EFFECTS
 from sim1.mismatch import contest
+from sim1.mismatch.decide import gain_of
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import fit
 from sim1.mismatch.models import Model, Tried, joined, judged, leading, widened, without
@@ -85,7 +86,8 @@ def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, m
     pool = [Model(terms=(), fit=stuck, variants=1), *singles, Model(terms=("adhesion",), fit=stuck, variants=1)]
 
     def with_drag(engine, base, *rest, **how):
-        assert how["least"] < 0.75 * THRESHOLDS.named  # slopes on the coarser mesh foretell to a quarter
+        gain = gain_of(pool, next(one for one in pool if one.fit is base), THRESHOLDS)
+        assert how["least"] == contest.hint_of(gain, THRESHOLDS) < 0.01 * gain
         pair = tuple(sorted((names[id(base)], "air_drag")))
         return Tried(models=(Model(terms=pair, fit=base, variants=1),))
 
@@ -108,6 +110,16 @@ def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, m
     found = contest.with_a_second(engine, known, ("only",), THRESHOLDS, lambda share, what: None)
     assert found.unfollowed == (both,)
     assert both not in {model.terms for model in found.pool}
+
+
+@pytest.mark.parametrize("gain", [0.0, 500.0, 3000.0, 40000.0])
+def test_no_second_effect_is_fitted_that_could_be_no_name_and_none_that_could_is_left_out(gain):
+    hint = contest.hint_of(gain, THRESHOLDS)
+    could = THRESHOLDS.doubtful * max(THRESHOLDS.named, THRESHOLDS.second_share * gain)
+    assert hint == contest.HINT < 0.75 * THRESHOLDS.named or hint == pytest.approx(
+        0.75 * could
+    )  # slopes foretell to a quarter
+    assert hint >= 0.7 * could
 
 
 def test_what_gains_by_itself_is_tried_beside_the_best_though_no_slope_promises_anything_of_it(unknowns, monkeypatch):
