@@ -19,6 +19,9 @@ BLOCK_S = (
     0.04  # frames are averaged over this time: 25 Hz resolves what a sheet does, and the fit works on fewer numbers
 )
 MESH_SHARE = 0.6  # of what refining the mesh changed: taken as the standard deviation of what it still gets wrong
+SLOWEST = (
+    4.0  # times that share, at most: where refining goes on to change as much, it only says that the error is not known
+)
 MESH_WINDOW_S = 0.3  # over which that is averaged
 MESH_FLOOR_M = 5e-5
 LASTING_S = 1.0  # how long the discrepancy remembers: a bend that hangs wrong does so for as long as it hangs
@@ -148,8 +151,20 @@ def block_noise_m(observed: list[Observed], recordings: list[Recording]) -> floa
     return max(core, 0.5 * plain)
 
 
-def mesh_error(one: Observed, change_m: np.ndarray) -> np.ndarray:
-    """Standard deviation (K,) of what the mesh gets wrong, from what refining it changed at the frames (N, M, 3)."""
+def slowness(one: Observed, change_m: np.ndarray, next_m: np.ndarray) -> float:
+    """How much more the mesh still gets wrong than `MESH_SHARE` of what refining it changed, by what refining it once more changes, 1 to `SLOWEST`.
+
+    Changes that fall off by a factor r from mesh to mesh leave r / (1 - r) of the last one to come: `MESH_SHARE` is that of r = 0.375,
+    between second order and first. Around the corner of a clamp, or where wrinkles have a choice, they fall off more slowly or not at all.
+    Both changes (N, M, 3) at the frames.
+    """
+    last, further = (float(np.sqrt(np.mean(one.reduce(change) ** 2))) for change in (change_m, next_m))
+    still = (1.0 + MESH_SHARE) * further
+    return float(np.clip(still / max(MESH_SHARE * last, MESH_FLOOR_M), 1.0, SLOWEST))
+
+
+def mesh_error(one: Observed, change_m: np.ndarray, slow: float = 1.0) -> np.ndarray:
+    """Standard deviation (K,) of what the mesh gets wrong, from what refining it changed at the frames (N, M, 3), and its `slowness`."""
     blocks = np.zeros(one.kept.shape)
     blocks[one.kept] = one.reduce(change_m) ** 2
     power = blocks.mean(-1)  # (B, M)
@@ -159,4 +174,4 @@ def mesh_error(one: Observed, change_m: np.ndarray) -> np.ndarray:
     window = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0).mean(-1)
     spread = 0.5 * window + 0.5 * window.mean(1, keepdims=True)  # a marker that happens to agree is no better known
     error = np.repeat(np.sqrt(spread)[..., None], 3, axis=2)[one.kept]
-    return np.hypot(MESH_SHARE * error, MESH_FLOOR_M)
+    return np.hypot(slow * MESH_SHARE * error, MESH_FLOOR_M)

@@ -11,7 +11,7 @@ import numpy as np
 from sim1.cloth.precise.scene import Scene, prepare
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.cloth.precise.world import World
-from sim1.mismatch.compare import Observed, block_frames, mesh_error, noise_of_blocks_m, observe
+from sim1.mismatch.compare import SLOWEST, Observed, block_frames, mesh_error, noise_of_blocks_m, observe, slowness
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Unknowns
 from sim1.mismatch.workers import Done, Task, Workers
@@ -24,6 +24,7 @@ RICHARDSON = 4 / 3  # of what half a step changes is what a step gets wrong: BDF
 ENOUGH_VERTICES = 250  # a mesh of fewer is refined: slack sheets of 12 x 12 vertices fold millimetres off
 WOBBLE_Z = 0.03  # in prior standard deviations: what the simulator itself is taken to be wrong by
 ASKED = 6.0  # simulations of what is held out, beside those that measure errors: slopes, as long as three, baseline, two models
+FINER = 12.0  # times the working mesh's simulation, that one of the next finer mesh takes
 FOLLOW_HZ = 1.0  # how fast a simulated marker follows the measured one while models are compared
 
 Looked = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]  # residuals (K,) and slopes (K, P) by recording
@@ -36,7 +37,8 @@ class _Stage:
     scene: Scene
     observed: Observed
     defect_m: np.ndarray | float = 0.0  # (N, M, 3) added to what the long step says
-    coarser_m: np.ndarray | None = None  # (K,) what the coarser mesh says, less what the working one does
+    coarser_m: np.ndarray | None = None  # (K,) what the coarser mesh says, less what the working one does, times `slow`
+    slow: float | None = None  # how slowly meshes converge here; None: not measured
     rest_m: np.ndarray | None = None  # (V, 3) where it rested last
 
 
@@ -94,15 +96,32 @@ class Engine:
         return self.finer - 1 if self.finer else self.finer + 1
 
     def refine(self, world: World, names: tuple[str, ...]) -> None:
-        """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for."""
+        """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for.
+
+        How slowly meshes converge in a recording is measured once, where models are compared: a mesh that is finer still takes as long as
+        a dozen of the working one.
+        """
         kinds = [(self.finer, STEP_S), (self.other_mesh, STEP_S), (self.finer, STEP_S / 2)]
         runs = self.run([self._task(name, (world,), *kind) for kind in kinds for name in names])
+        finest = self._a_mesh_further(world, [name for name in names if self.stages[name].slow is None])
         for k, name in enumerate(names):
             working, rough, halved = (run.markers_m[0] for run in runs[k :: len(names)])
             stage = self.stages[name]
+            if (finer := finest.get(name)) is not None:
+                lost = isinstance(finer, NotConverged)  # that error is not known either
+                change_m = working - rough
+                stage.slow = SLOWEST if lost else slowness(stage.observed, change_m, finer.markers_m[0] - working)
+            slow = stage.slow or 1.0
             stage.defect_m = RICHARDSON * (halved - working)
-            stage.observed = replace(stage.observed, mesh_m=mesh_error(stage.observed, working - rough))
-            stage.coarser_m = stage.observed.reduce(rough - working)
+            stage.observed = replace(stage.observed, mesh_m=mesh_error(stage.observed, working - rough, slow))
+            stage.coarser_m = slow * stage.observed.reduce(rough - working)
+
+    def _a_mesh_further(self, world: World, names: list[str]) -> dict[str, Done | NotConverged]:
+        """Recordings on the next finer mesh, as models are compared; none where the given mesh itself is worked on: it is fine."""
+        if not names or not (self.finer == self.finest > 0 and self.follow_hz == FOLLOW_HZ):
+            return {}
+        tasks = [self._task(name, (world,), self.finer + 1, STEP_S) for name in names]
+        return dict(zip(names, self.attempted(tasks), strict=True))
 
     @contextmanager
     def aside(self) -> Iterator[None]:
@@ -248,7 +267,9 @@ class Engine:
         """Steps that are simulated when the search is over: both models from rest, what is held out as fits do it, the baseline on the markers."""
         spans_s = [float(np.ptp(stage.scene.time_s)) for stage in self.stages.values()]
         other = 4.0 if self.other_mesh > self.finer else 1.0  # times the steps of the working mesh, by the vertices
-        measured = 1.0 + other + 2.0  # on both meshes and by half steps
+        measured = (
+            1.0 + other + 2.0 + (FINER if self.finest else 0.0)
+        )  # on both meshes, by half steps, and on a finer one
         return sum(spans_s) * (2 / FINE_STEP_S + 1 / STEP_S) + max(spans_s) * (measured + ASKED) / STEP_S
 
 
