@@ -132,7 +132,9 @@ def test_thresholds_in_force_are_what_the_cases_beside_them_ask_for():
     assert len(measured.nulls) == THRESHOLDS.nulls >= 10
     assert THRESHOLDS.named == measured.named >= max(null.worth for null in measured.nulls)
     assert THRESHOLDS.gain == measured.gain >= max(null.gain for null in measured.nulls)
-    campaigns = (REPOSITORY / "docs" / "campaign" / name for name in ("along", "nulls", "by_gain"))
+    campaigns = (
+        REPOSITORY / "docs" / "campaign" / name for name in ("along", "nulls", "by_gain", "drawn", "uneven", "narrow")
+    )
     stored = [path for folder in campaigns for path in sorted((folder / "outcomes").glob("*.json"))]
     again = calibrated([Outcome.model_validate_json(path.read_bytes()) for path in stored])
     # The interval takes more resamples than a test does.
