@@ -146,16 +146,16 @@ def test_a_name_with_which_no_simulation_follows_motion_held_out_stays_as_fits_h
 
 
 def heard_of_one(pool, against):
-    """What motion held out says of a pool's models, in nats by terms below those of the baseline: two hundred residuals, told alike by all."""
-    residuals = {(): {"held": np.full(200, 2.0)}}
-    per_sample = loss(np.array([2.0]))[0]
+    """What motion held out says of a pool's models, in nats by terms below those of the baseline: a hundred residuals, told alike by all."""
+    residuals = {(): {"held": np.full(100, 3.0)}}
+    per_sample = loss(np.array([3.0]))[0]
     for terms, nats in against.items():
-        wanted = per_sample + nats / 200.0
-        residuals[terms] = {"held": np.full(200, np.sqrt(FREEDOM * np.expm1(wanted / (0.5 * (FREEDOM + 1.0)))))}
+        wanted = per_sample + nats / 100.0
+        residuals[terms] = {"held": np.full(100, np.sqrt(FREEDOM * np.expm1(wanted / (0.5 * (FREEDOM + 1.0)))))}
     assert set(residuals) <= {one.terms for one in pool}
-    flat = {"held": np.zeros(200)}
+    flat = {"held": np.zeros(100)}
     return Heard(
-        residuals=residuals, unasked={}, temper={"held": 1.0}, coarser=flat, stretch={"held": np.arange(200) // 20}
+        residuals=residuals, unasked={}, temper={"held": 1.0}, coarser=flat, stretch={"held": np.arange(100) // 10}
     )
 
 
