@@ -151,20 +151,29 @@ def block_noise_m(observed: list[Observed], recordings: list[Recording]) -> floa
     return max(core, 0.5 * plain)
 
 
-def slowness(one: Observed, change_m: np.ndarray, next_m: np.ndarray) -> float:
-    """How much more the mesh still gets wrong than `MESH_SHARE` of what refining it changed, by what refining it once more changes, 1 to `SLOWEST`.
+def not_imitated(change_m: np.ndarray, lead_m: np.ndarray, noise_m: float) -> np.ndarray:
+    """What is left (K,) of a change when coefficients have followed it as far as their priors let them.
+
+    `lead_m` (P, K) is what each changes per prior standard deviation: how stiff the rim of a grip is and how long the sheet, which meshes
+    disagree on, are fitted and wrong by no more than data let them be.
+    """
+    follow = np.linalg.solve(lead_m @ lead_m.T + noise_m**2 * np.eye(len(lead_m)), lead_m @ change_m)
+    return change_m - follow @ lead_m
+
+
+def slowness(mesh_m: np.ndarray, further_m: np.ndarray) -> float:
+    """How many times `mesh_m` (K,), which `mesh_error` says, a mesh gets wrong, by what refining it once more changes (K,): 1 to `SLOWEST`.
 
     Changes that fall off by a factor r from mesh to mesh leave r / (1 - r) of the last one to come: `MESH_SHARE` is that of r = 0.375,
-    between second order and first. Around the corner of a clamp, or where wrinkles have a choice, they fall off more slowly or not at all.
-    Both changes (N, M, 3) at the frames.
+    between second order and first, and 1 + `MESH_SHARE` of the next one is the same. Around the corner of a clamp, or where wrinkles have
+    a choice, changes fall off more slowly or not at all.
     """
-    last, further = (float(np.sqrt(np.mean(one.reduce(change) ** 2))) for change in (change_m, next_m))
-    still = (1.0 + MESH_SHARE) * further
-    return float(np.clip(still / max(MESH_SHARE * last, MESH_FLOOR_M), 1.0, SLOWEST))
+    claimed, further = (float(np.sqrt(np.mean(np.square(values)))) for values in (mesh_m, further_m))
+    return float(np.clip((1.0 + MESH_SHARE) * further / claimed, 1.0, SLOWEST))
 
 
-def mesh_error(one: Observed, change_m: np.ndarray, slow: float = 1.0) -> np.ndarray:
-    """Standard deviation (K,) of what the mesh gets wrong, from what refining it changed at the frames (N, M, 3), and its `slowness`."""
+def mesh_error(one: Observed, change_m: np.ndarray) -> np.ndarray:
+    """Standard deviation (K,) of what the mesh gets wrong, from what refining it changed at the frames (N, M, 3)."""
     blocks = np.zeros(one.kept.shape)
     blocks[one.kept] = one.reduce(change_m) ** 2
     power = blocks.mean(-1)  # (B, M)
@@ -174,4 +183,4 @@ def mesh_error(one: Observed, change_m: np.ndarray, slow: float = 1.0) -> np.nda
     window = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0).mean(-1)
     spread = 0.5 * window + 0.5 * window.mean(1, keepdims=True)  # a marker that happens to agree is no better known
     error = np.repeat(np.sqrt(spread)[..., None], 3, axis=2)[one.kept]
-    return np.hypot(slow * MESH_SHARE * error, MESH_FLOOR_M)
+    return np.hypot(MESH_SHARE * error, MESH_FLOOR_M)
