@@ -36,7 +36,10 @@ def made(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(laboratory, "plans", two_plans)
         found = laboratory.make(
-            Case(("clock_offset",), "medium", 5), folder / "bundle", folder / "answers.json", folder / "heldout"
+            Case(("clock_offset",), "medium", 5, ("shuttle", "trail")),  # motions that were chosen: one cloth is tried
+            folder / "bundle",
+            folder / "answers.json",
+            folder / "heldout",
         )
     return SimpleNamespace(
         folder=folder,
@@ -68,7 +71,10 @@ def test_filmed_again_answers_and_films_are_the_same_to_the_byte(made, tmp_path,
     """A case that was committed to can be filmed elsewhere: nothing in its files comes from the clock."""
     monkeypatch.setattr(laboratory, "plans", two_plans)
     laboratory.make(
-        Case(("clock_offset",), "medium", 5), tmp_path / "bundle", tmp_path / "answers.json", tmp_path / "heldout"
+        Case(("clock_offset",), "medium", 5, ("shuttle", "trail")),
+        tmp_path / "bundle",
+        tmp_path / "answers.json",
+        tmp_path / "heldout",
     )
     files = [path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file()]
     assert len(files) == 12

@@ -56,6 +56,7 @@ def test_clips_that_mix_demonstrations_of_several_folds_are_left_out_and_counted
     assert "mixed" not in {clip.name for turn in turns for clip in (*turn.train, *turn.calibration, *turn.test)}
 
 
+@pytest.mark.slow
 def test_what_is_easily_told_apart_is_told_apart_on_demonstrations_and_garments_not_seen():
     both = {name: clips(name) for name in ("towel", "shorts")}
     turns, _ = turns_by_fold("towel", both["towel"], 4)
@@ -68,6 +69,7 @@ def test_what_is_easily_told_apart_is_told_apart_on_demonstrations_and_garments_
         assert found["generous"]["recall"]["count"] >= 8
 
 
+@pytest.mark.slow
 def test_a_network_that_knows_nothing_is_seen_to_know_nothing():
     dark = [
         LabelledClip(name=clip.name, frames=np.zeros_like(clip.frames), success=clip.success, sources=clip.sources)
