@@ -19,9 +19,6 @@ BLOCK_S = (
     0.04  # frames are averaged over this time: 25 Hz resolves what a sheet does, and the fit works on fewer numbers
 )
 MESH_SHARE = 0.6  # of what refining the mesh changed: taken as the standard deviation of what it still gets wrong
-SLOWEST = (
-    4.0  # times that share, at most: where refining goes on to change as much, it only says that the error is not known
-)
 MESH_WINDOW_S = 0.3  # over which that is averaged
 MESH_FLOOR_M = 5e-5
 LASTING_S = 1.0  # how long the discrepancy remembers: a bend that hangs wrong does so for as long as it hangs
@@ -149,27 +146,6 @@ def block_noise_m(observed: list[Observed], recordings: list[Recording]) -> floa
     plain = float(np.sqrt(np.square(off).sum() / freedom))
     core = 1.4826 * float(np.median(np.abs(off))) * np.sqrt(len(off) / freedom)
     return max(core, 0.5 * plain)
-
-
-def not_imitated(change_m: np.ndarray, lead_m: np.ndarray, noise_m: float) -> np.ndarray:
-    """What is left (K,) of a change when coefficients have followed it as far as their priors let them.
-
-    `lead_m` (P, K) is what each changes per prior standard deviation: how stiff the rim of a grip is and how long the sheet, which meshes
-    disagree on, are fitted and wrong by no more than data let them be.
-    """
-    follow = np.linalg.solve(lead_m @ lead_m.T + noise_m**2 * np.eye(len(lead_m)), lead_m @ change_m)
-    return change_m - follow @ lead_m
-
-
-def slowness(mesh_m: np.ndarray, further_m: np.ndarray) -> float:
-    """How many times `mesh_m` (K,), which `mesh_error` says, a mesh gets wrong, by what refining it once more changes (K,): 1 to `SLOWEST`.
-
-    Changes that fall off by a factor r from mesh to mesh leave r / (1 - r) of the last one to come: `MESH_SHARE` is that of r = 0.375,
-    between second order and first, and 1 + `MESH_SHARE` of the next one is the same. Around the corner of a clamp, or where wrinkles have
-    a choice, changes fall off more slowly or not at all.
-    """
-    claimed, further = (float(np.sqrt(np.mean(np.square(values)))) for values in (mesh_m, further_m))
-    return float(np.clip((1.0 + MESH_SHARE) * further / claimed, 1.0, SLOWEST))
 
 
 def mesh_error(one: Observed, change_m: np.ndarray) -> np.ndarray:

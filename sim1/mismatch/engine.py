@@ -11,16 +11,7 @@ import numpy as np
 from sim1.cloth.precise.scene import Scene, prepare
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.cloth.precise.world import World
-from sim1.mismatch.compare import (
-    SLOWEST,
-    Observed,
-    block_frames,
-    mesh_error,
-    noise_of_blocks_m,
-    not_imitated,
-    observe,
-    slowness,
-)
+from sim1.mismatch.compare import Observed, block_frames, mesh_error, noise_of_blocks_m, observe
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Unknowns
 from sim1.mismatch.workers import Done, Task, Workers
@@ -33,7 +24,6 @@ RICHARDSON = 4 / 3  # of what half a step changes is what a step gets wrong: BDF
 ENOUGH_VERTICES = 250  # a mesh of fewer is refined: slack sheets of 12 x 12 vertices fold millimetres off
 WOBBLE_Z = 0.03  # in prior standard deviations: what the simulator itself is taken to be wrong by
 ASKED = 6.0  # simulations of what is held out, beside those that measure errors: slopes, as long as three, baseline, two models
-FINER = 12.0  # times the working mesh's simulation, that one of the next finer mesh takes
 FOLLOW_HZ = 1.0  # how fast a simulated marker follows the measured one while models are compared
 
 Looked = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]  # residuals (K,) and slopes (K, P) by recording
@@ -46,14 +36,7 @@ class _Stage:
     scene: Scene
     observed: Observed
     defect_m: np.ndarray | float = 0.0  # (N, M, 3) added to what the long step says
-    coarser_m: np.ndarray | None = None  # (K,) what the coarser mesh says, less what the working one does, times `slow`
-    mesh_m: np.ndarray | float = 0.0  # (K,) what the mesh gets wrong if meshes converge as they should
-    further_m: np.ndarray | None = (
-        None  # (K,) what a mesh that is finer still changes; None: not measured, or no simulation follows
-    )
-    slow: float | None = (
-        None  # how many times `mesh_m` the mesh gets wrong, as meshes converge slowly here; None: not known yet
-    )
+    coarser_m: np.ndarray | None = None  # (K,) what the coarser mesh says, less what the working one does
     rest_m: np.ndarray | None = None  # (V, 3) where it rested last
 
 
@@ -111,49 +94,27 @@ class Engine:
         return self.finer - 1 if self.finer else self.finer + 1
 
     def refine(self, world: World, names: tuple[str, ...]) -> None:
-        """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for.
-
-        What a mesh that is finer still changes is measured once, where models are compared, as it takes as long as a dozen simulations on
-        the working one; `soften` makes of it how slowly meshes converge.
-        """
+        """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for."""
         kinds = [(self.finer, STEP_S), (self.other_mesh, STEP_S), (self.finer, STEP_S / 2)]
         runs = self.run([self._task(name, (world,), *kind) for kind in kinds for name in names])
-        finest = self._a_mesh_further(world, [name for name in names if self.stages[name].slow is None])
         for k, name in enumerate(names):
             working, rough, halved = (run.markers_m[0] for run in runs[k :: len(names)])
             stage = self.stages[name]
             stage.defect_m = RICHARDSON * (halved - working)
-            stage.mesh_m = mesh_error(stage.observed, working - rough)
-            if (finer := finest.get(name)) is not None:
-                if isinstance(finer, NotConverged):
-                    stage.slow = SLOWEST  # that error is not known
-                else:
-                    stage.further_m = stage.observed.reduce(finer.markers_m[0] - working)
-            slow = stage.slow or 1.0
-            stage.observed = replace(stage.observed, mesh_m=slow * stage.mesh_m)
-            stage.coarser_m = slow * stage.observed.reduce(rough - working)
-
-    def _a_mesh_further(self, world: World, names: list[str]) -> dict[str, Done | NotConverged]:
-        """Recordings on the next finer mesh, as models are compared; none where the given mesh itself is worked on: it is fine."""
-        if not names or not (self.finer == self.finest > 0 and self.follow_hz == FOLLOW_HZ):
-            return {}
-        tasks = [self._task(name, (world,), self.finer + 1, STEP_S) for name in names]
-        return dict(zip(names, self.attempted(tasks), strict=True))
+            stage.observed = replace(stage.observed, mesh_m=mesh_error(stage.observed, working - rough))
+            stage.coarser_m = stage.observed.reduce(rough - working)
 
     @contextmanager
     def aside(self) -> Iterator[None]:
         """Mesh, pull, resting shapes and what is known of the errors of mesh and step are at the end what they were, however it ends."""
-        kept = {
-            name: (one.observed, one.defect_m, one.mesh_m, one.coarser_m, one.rest_m)
-            for name, one in self.stages.items()
-        }
+        kept = {name: (one.observed, one.defect_m, one.coarser_m, one.rest_m) for name, one in self.stages.items()}
         settings = self.finer, self.follow_hz
         try:
             yield
         finally:
             self.finer, self.follow_hz = settings
             for name, one in self.stages.items():
-                one.observed, one.defect_m, one.mesh_m, one.coarser_m, one.rest_m = kept[name]
+                one.observed, one.defect_m, one.coarser_m, one.rest_m = kept[name]
 
     def coarser(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """What residuals (K,) would change by on a coarser mesh, by `refine`'s last look; zero before any."""
@@ -199,11 +160,8 @@ class Engine:
         for name, run in runs.items():
             stage = self.stages[name]
             lead = stage.observed.reduce(run[1 : count + 1] - run[0]) / steps[:count, None]
-            if stage.slow is None and stage.further_m is not None:
-                stage.slow = slowness(stage.mesh_m, not_imitated(stage.further_m, lead, stage.observed.noise_m))
-                stage.coarser_m = stage.slow * stage.coarser_m
             wobble = WOBBLE_Z * np.linalg.norm(lead, axis=0)
-            stage.observed = replace(stage.observed, mesh_m=np.hypot((stage.slow or 1.0) * stage.mesh_m, wobble))
+            stage.observed = replace(stage.observed, mesh_m=np.hypot(stage.observed.mesh_m, wobble))
         return self._looked(runs, steps)
 
     def slopes(self, unknowns: Unknowns, z: np.ndarray, names: tuple[str, ...], first: int = 0) -> Looked:
@@ -290,8 +248,7 @@ class Engine:
         """Steps that are simulated when the search is over: both models from rest, what is held out as fits do it, the baseline on the markers."""
         spans_s = [float(np.ptp(stage.scene.time_s)) for stage in self.stages.values()]
         other = 4.0 if self.other_mesh > self.finer else 1.0  # times the steps of the working mesh, by the vertices
-        finer = FINER if self.finest else 0.0
-        measured = 1.0 + other + 2.0 + finer  # on both meshes, by half steps, and on a mesh that is finer
+        measured = 1.0 + other + 2.0  # on both meshes and by half steps
         return sum(spans_s) * (2 / FINE_STEP_S + 1 / STEP_S) + max(spans_s) * (measured + ASKED) / STEP_S
 
 
