@@ -35,7 +35,6 @@ def make(case: Case, bundle: Path, answers: Path, held_out: Path | None = None) 
     one = taken(case, lambda like: _specimen(like, with_held_out=held_out is not None))
     case, stage, plan_list, without, effects = one.case, one.stage, one.plans, one.without, one.effects
     setting, tracks = stage.setting, dict(one.tracks)
-    mesh = draw_mesh(setting, [plan.motion for plan in plans(case, setting)], case.stream("mesh"))
     moved = [effect for effect in effects if not effect.measures_only]
     for plan in plan_list:
         if plan.name not in tracks:
@@ -47,7 +46,9 @@ def make(case: Case, bundle: Path, answers: Path, held_out: Path | None = None) 
         if folder is not None:
             chosen = [takes[plan.name] for plan in plan_list if plan.held_out == wanted]
             until = HELD_OUT_KEEPS_S if wanted else np.inf
-            _replace(folder, lambda place, c=chosen, u=until: write_bundle(place, stage, mesh, c, prior, friction, u))
+            _replace(
+                folder, lambda place, c=chosen, u=until: write_bundle(place, stage, one.mesh, c, prior, friction, u)
+            )
     document = _document(one, tracks)
     arrays = _arrays(plan_list, effects, without, tracks, takes)
     _replace(answers.with_suffix(".npz"), lambda place: _save(place, arrays))
@@ -59,11 +60,20 @@ def _specimen(case: Case, *, with_held_out: bool) -> Specimen:
     setting = case.setting()
     grid = grid_for(setting)
     stage = Stage(setting, grid, draw_markers(setting, grid, case.stream("markers")), _offsets(case))
-    wanted = [plan for plan in plans(case, setting) if with_held_out or not plan.held_out]
+    every = plans(case, setting)
+    mesh = draw_mesh(setting, [plan.motion for plan in every], case.stream("mesh"))
+    wanted = [plan for plan in every if with_held_out or not plan.held_out]
     without: Films = {plan.name: film(stage, plan, []) for plan in wanted}
     effects, tracks, strengths = tuned(case, stage, wanted, without)
     return Specimen(
-        case=case, stage=stage, plans=wanted, without=without, effects=effects, tracks=tracks, strengths=strengths
+        case=case,
+        stage=stage,
+        mesh=mesh,
+        plans=wanted,
+        without=without,
+        effects=effects,
+        tracks=tracks,
+        strengths=strengths,
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from benchmarks.concealed.case import STRENGTHS, Case, Plan
 from benchmarks.concealed.effects.effect import Effect
 from benchmarks.concealed.film import Stage
+from benchmarks.concealed.mesh import Mesh
 from benchmarks.concealed.strength import WITHIN, Films
 
 SPECIMENS = 3
@@ -23,6 +24,8 @@ class Specimen:
     case: Case
     """Whose `specimen` says which one it is."""
     stage: Stage
+    mesh: Mesh
+    """That is handed over."""
     plans: Sequence[Plan]
     without: Films
     """Nothing concealed."""

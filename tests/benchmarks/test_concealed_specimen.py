@@ -19,7 +19,9 @@ def tried(case, *shares):
     def specimen(like):
         made.append(like)
         strengths = [share * STRENGTHS[like.strength] for share in shares[like.specimen]]
-        return Specimen(case=like, stage=None, plans=(), without={}, effects=(), tracks={}, strengths=strengths)
+        return Specimen(
+            case=like, stage=None, mesh=None, plans=(), without={}, effects=(), tracks={}, strengths=strengths
+        )
 
     return taken(case, specimen).case.specimen, [one.specimen for one in made]
 
