@@ -112,6 +112,7 @@ def still_air():
     return diagnose(filmed(empty_bundle(), seed=3))
 
 
+@pytest.mark.slow  # as the stage does in a small size
 def test_nothing_concealed_is_called_nothing(still_air):
     assert still_air.verdict == "none"
     assert still_air.chosen.terms == ()
