@@ -9,6 +9,7 @@ from sim1.mismatch.decide import (
     contenders_of,
     decide,
     gain_of,
+    missing,
     rating,
     said_of,
     steady,
@@ -20,6 +21,7 @@ from sim1.mismatch.decide import (
 from sim1.mismatch.excess import mean_square
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import Thresholds
+from sim1.mismatch.uncertainty import overcounted
 from sim1.mismatch.unfitted import Heard
 
 # By effects: nats by which motion held out is less likely with a model than with the baseline; below 0: more likely.
@@ -121,26 +123,37 @@ def borne_out(
 ) -> Decision:
     """What motion that nobody fitted leaves of a decision.
 
-    An effect beside another stays if what it adds, there too, is worth a second one; what is left is `unknown` where it is no name's
-    worth any more, or no longer explains what is missing. `against`: see `Against`, of the chosen model and of its parts in the pool;
-    a part that motion held out was not asked about, as time ran out or no simulation follows, takes nothing away, and a model that it
-    could not be asked about stays as fits have it.
+    An effect beside another stays if what it adds, there too, is worth a second one. A name that this motion does not speak for has to be
+    worth `alone` times as much as one that it does. What is no name's worth is nothing, or `unknown` if something is missing; what no
+    longer explains what is missing is `unknown`. `against`: see `Against`, of the chosen model and of its parts in the pool; what motion
+    held out was not asked about, as time ran out or no simulation follows, it neither takes away nor speaks for.
     """
     null, best = decision.null, decision.chosen
-    if best.terms not in against:  # without effects, nothing is asked
+    if not best.terms:
         return decision
     asked = [part for part in parts_of(pool, best) if part.terms in against]
     telling = told_by(
         [one for one in worthy_of(pool, thresholds) if steady(pool, one, thresholds, measured)], best, thresholds
     )
     for part in sorted(asked, key=lambda model: rating(model, thresholds)):
-        said = against[best.terms] - against[part.terms]
+        said = against[best.terms] - against[part.terms] if best.terms in against else 0.0
         if set(part.terms) < set(best.terms) and not adds_enough(null, part, telling, thresholds, said=said):
             best = telling = part
-    kept = worth_over(null, best, thresholds, max(against[best.terms], 0.0))
-    if kept < thresholds.named or not steady(pool, best, thresholds, measured):
-        return unchanged("unknown", null)
+    kept = worth_over(null, best, thresholds, max(against.get(best.terms, 0.0), 0.0))
+    known = set(best.terms) <= measured or spoken_for(null, best, against, thresholds)
+    if kept < thresholds.named * (1.0 if known else thresholds.alone) or not steady(pool, best, thresholds, measured):
+        return unchanged("unknown" if missing(pool, thresholds) else "none", null)
     return decision if best is decision.chosen else _said_again(null, best, pool, thresholds, measured)
+
+
+def spoken_for(null: Model, model: Model, against: Against, thresholds: Thresholds) -> bool:
+    """Whether motion held out is likelier with a model than with the baseline, by more than chance has it.
+
+    Of an effect that is not there it is likelier by a factor of k in one case of k at most (Markov), whatever fits made of it: they never
+    saw that motion. An error that is counted often in fits is so here.
+    """
+    nats = -against.get(model.terms, 0.0)
+    return nats >= thresholds.spoken * overcounted(model.fit, null.fit)
 
 
 def parts_of(pool: list[Model], model: Model) -> list[Model]:

@@ -18,7 +18,7 @@ from sim1.stage import BadInput
 BLOCK_S = (
     0.04  # frames are averaged over this time: 25 Hz resolves what a sheet does, and the fit works on fewer numbers
 )
-MESH_SHARE = 0.6  # of what refining the mesh changed: taken as the standard deviation of what it still gets wrong
+MESH_SHARE = 0.6  # of what refining the mesh changed: what it still gets wrong, if changes fall off to 0.375 each time
 MESH_WINDOW_S = 0.3  # over which that is averaged
 MESH_FLOOR_M = 5e-5
 LASTING_S = 1.0  # how long the discrepancy remembers: a bend that hangs wrong does so for as long as it hangs
@@ -148,10 +148,24 @@ def block_noise_m(observed: list[Observed], recordings: list[Recording]) -> floa
     return max(core, 0.5 * plain)
 
 
-def mesh_error(one: Observed, change_m: np.ndarray) -> np.ndarray:
-    """Standard deviation (K,) of what the mesh gets wrong, from what refining it changed at the frames (N, M, 3)."""
+def off_by_coarser(here_m: np.ndarray, coarser_m: np.ndarray) -> np.ndarray:
+    """What a mesh gets wrong, by what a coarser one says: all changes to come are `MESH_SHARE` of the last one."""
+    return MESH_SHARE * (coarser_m - here_m)
+
+
+def off_by_finer(here_m: np.ndarray, finer_m: np.ndarray) -> np.ndarray:
+    """What a mesh gets wrong, by what a finer one says: the change to it, and `MESH_SHARE` of that still to come.
+
+    Where changes fall off as they should this is what `off_by_coarser` says; around the corner of a clamp, or where wrinkles have a choice,
+    they fall off more slowly or not at all, and this is more.
+    """
+    return (1.0 + MESH_SHARE) * (here_m - finer_m)
+
+
+def mesh_error(one: Observed, off_m: np.ndarray) -> np.ndarray:
+    """Standard deviation (K,) of what the mesh gets wrong, from what it is taken to be off by in the blocks (K,)."""
     blocks = np.zeros(one.kept.shape)
-    blocks[one.kept] = one.reduce(change_m) ** 2
+    blocks[one.kept] = off_m**2
     power = blocks.mean(-1)  # (B, M)
     step = float(np.median(np.diff(one.block_s)))
     half = max(1, round(0.5 * MESH_WINDOW_S / step))
@@ -159,4 +173,4 @@ def mesh_error(one: Observed, change_m: np.ndarray) -> np.ndarray:
     window = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0).mean(-1)
     spread = 0.5 * window + 0.5 * window.mean(1, keepdims=True)  # a marker that happens to agree is no better known
     error = np.repeat(np.sqrt(spread)[..., None], 3, axis=2)[one.kept]
-    return np.hypot(MESH_SHARE * error, MESH_FLOOR_M)
+    return np.hypot(error, MESH_FLOOR_M)

@@ -93,6 +93,11 @@ def stands_out(pool: list[Model], thresholds: Thresholds) -> bool:
     return max(gains, default=0.0) >= thresholds.gain
 
 
+def missing(pool: list[Model], thresholds: Thresholds) -> bool:
+    """Whether something is missing, whatever it is."""
+    return leaves_more(null_of(pool), thresholds) or stands_out(pool, thresholds)
+
+
 def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] = frozenset()) -> Decision:
     """What a pool of models, the baseline among them, says.
 
@@ -100,14 +105,14 @@ def decide(pool: list[Model], thresholds: Thresholds, measured: frozenset[str] =
     are there is known, however much else is.
     """
     null = null_of(pool)
-    missing = leaves_more(null, thresholds) or stands_out(pool, thresholds)
+    nameless = "unknown" if missing(pool, thresholds) else "none"
     worthy = worthy_of(pool, thresholds)
     if not _leader(pool, worthy, thresholds):
-        return unchanged("unknown" if missing else "none", null)
+        return unchanged(nameless, null)
     standing = [model for model in worthy if steady(pool, model, thresholds, measured)]
     best = _leader(pool, standing, thresholds)
     if best is None:  # something gains, and nothing that is there beyond doubt
-        return unchanged("unknown" if missing else "none", null)
+        return unchanged(nameless, null)
     return said_of(null, best, contenders_of(pool, best, thresholds, measured), thresholds, measured)
 
 

@@ -11,7 +11,15 @@ import numpy as np
 from sim1.cloth.precise.scene import Scene, prepare
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.cloth.precise.world import World
-from sim1.mismatch.compare import Observed, block_frames, mesh_error, noise_of_blocks_m, observe
+from sim1.mismatch.compare import (
+    Observed,
+    block_frames,
+    mesh_error,
+    noise_of_blocks_m,
+    observe,
+    off_by_coarser,
+    off_by_finer,
+)
 from sim1.mismatch.patience import Patience
 from sim1.mismatch.search import Unknowns
 from sim1.mismatch.workers import Done, Task, Workers
@@ -24,6 +32,7 @@ RICHARDSON = 4 / 3  # of what half a step changes is what a step gets wrong: BDF
 ENOUGH_VERTICES = 250  # a mesh of fewer is refined: slack sheets of 12 x 12 vertices fold millimetres off
 WOBBLE_Z = 0.03  # in prior standard deviations: what the simulator itself is taken to be wrong by
 ASKED = 6.0  # simulations of what is held out, beside those that measure errors: slopes, as long as three, baseline, two models
+FINER = 12.0  # times the working mesh's simulation, that one of the next finer mesh takes
 FOLLOW_HZ = 1.0  # how fast a simulated marker follows the measured one while models are compared
 
 Looked = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]  # residuals (K,) and slopes (K, P) by recording
@@ -36,7 +45,8 @@ class _Stage:
     scene: Scene
     observed: Observed
     defect_m: np.ndarray | float = 0.0  # (N, M, 3) added to what the long step says
-    coarser_m: np.ndarray | None = None  # (K,) what the coarser mesh says, less what the working one does
+    mesh_off_m: np.ndarray | None = None  # (K,) what the mesh is taken to be off by
+    finer_off_m: np.ndarray | None = None  # (K,) the same by a mesh that is finer; None: not asked yet
     rest_m: np.ndarray | None = None  # (V, 3) where it rested last
 
 
@@ -94,34 +104,57 @@ class Engine:
         return self.finer - 1 if self.finer else self.finer + 1
 
     def refine(self, world: World, names: tuple[str, ...]) -> None:
-        """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for."""
+        """Measure anew what mesh and step get wrong in `world`: the mesh's error counts as noise, the step's is corrected for.
+
+        A mesh that is finer still takes as long as a dozen of the working one, so it is asked once, where models are compared; where no
+        simulation follows on it, it is taken to change as much as the working mesh did. Each number is trusted as little as the less
+        trusting of both looks says.
+        """
         kinds = [(self.finer, STEP_S), (self.other_mesh, STEP_S), (self.finer, STEP_S / 2)]
         runs = self.run([self._task(name, (world,), *kind) for kind in kinds for name in names])
+        off_by = off_by_finer if self.other_mesh > self.finer else off_by_coarser
+        asked = self._asked_further(world, names)
         for k, name in enumerate(names):
-            working, rough, halved = (run.markers_m[0] for run in runs[k :: len(names)])
+            working, other, halved = (run.markers_m[0] for run in runs[k :: len(names)])
             stage = self.stages[name]
+            one = stage.observed
             stage.defect_m = RICHARDSON * (halved - working)
-            stage.observed = replace(stage.observed, mesh_m=mesh_error(stage.observed, working - rough))
-            stage.coarser_m = stage.observed.reduce(rough - working)
+            if name in asked:
+                run = asked[name]
+                further = (working, run.markers_m[0]) if isinstance(run, Done) else (other, working)
+                stage.finer_off_m = one.reduce(off_by_finer(*further))
+            looks = [one.reduce(off_by(working, other))]
+            if stage.finer_off_m is not None and self.finer == self.finest:
+                looks.append(stage.finer_off_m)
+            stage.mesh_off_m = max(looks, key=lambda off_m: float(np.square(off_m).sum()))
+            stage.observed = replace(one, mesh_m=np.max([mesh_error(one, off_m) for off_m in looks], axis=0))
+
+    def _asked_further(self, world: World, names: tuple[str, ...]) -> dict[str, Done | NotConverged]:
+        """Recordings that were not asked yet on the next finer mesh; none where the given mesh is fine enough."""
+        new = [name for name in names if self.stages[name].finer_off_m is None]
+        if not new or not (self.finer == self.finest > 0 and self.follow_hz == FOLLOW_HZ):
+            return {}
+        tasks = [self._task(name, (world,), self.finer + 1, STEP_S) for name in new]
+        return dict(zip(new, self.attempted(tasks), strict=True))
 
     @contextmanager
     def aside(self) -> Iterator[None]:
         """Mesh, pull, resting shapes and what is known of the errors of mesh and step are at the end what they were, however it ends."""
-        kept = {name: (one.observed, one.defect_m, one.coarser_m, one.rest_m) for name, one in self.stages.items()}
+        kept = {name: (one.observed, one.defect_m, one.mesh_off_m, one.rest_m) for name, one in self.stages.items()}
         settings = self.finer, self.follow_hz
         try:
             yield
         finally:
             self.finer, self.follow_hz = settings
             for name, one in self.stages.items():
-                one.observed, one.defect_m, one.coarser_m, one.rest_m = kept[name]
+                one.observed, one.defect_m, one.mesh_off_m, one.rest_m = kept[name]
 
-    def coarser(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-        """What residuals (K,) would change by on a coarser mesh, by `refine`'s last look; zero before any."""
+    def mesh_off(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        """What the mesh is taken to be off by in residuals (K,), by `refine`'s last look; zero before any."""
         found = {}
         for name in names:
-            one, change = self.stages[name].observed, self.stages[name].coarser_m
-            found[name] = np.zeros(len(one.measured_m)) if change is None else one.white(change)
+            one, off_m = self.stages[name].observed, self.stages[name].mesh_off_m
+            found[name] = np.zeros(len(one.measured_m)) if off_m is None else one.white(off_m)
         return found
 
     def stretches(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
@@ -248,7 +281,8 @@ class Engine:
         """Steps that are simulated when the search is over: both models from rest, what is held out as fits do it, the baseline on the markers."""
         spans_s = [float(np.ptp(stage.scene.time_s)) for stage in self.stages.values()]
         other = 4.0 if self.other_mesh > self.finer else 1.0  # times the steps of the working mesh, by the vertices
-        measured = 1.0 + other + 2.0  # on both meshes and by half steps
+        finer = FINER if self.finest else 0.0
+        measured = 1.0 + other + 2.0 + finer  # on both meshes, by half steps, and on one that is finer still
         return sum(spans_s) * (2 / FINE_STEP_S + 1 / STEP_S) + max(spans_s) * (measured + ASKED) / STEP_S
 
 

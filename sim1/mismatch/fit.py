@@ -63,7 +63,7 @@ class Fit:
     temper: Tempers
     residuals: dict[str, np.ndarray]  # (K,)
     slopes: dict[str, np.ndarray]  # (K, P)
-    coarser: dict[str, np.ndarray]  # (K,) what residuals would change by on a coarser mesh
+    mesh_off: dict[str, np.ndarray]  # (K,) what the mesh is taken to be off by
     stretch: dict[str, np.ndarray]  # (K,) which stretch of the recording a residual belongs to
     converged: bool
 
@@ -170,7 +170,7 @@ def fit(
         temper=temper,
         residuals=residuals,
         slopes=slopes,
-        coarser=engine.coarser(names),
+        mesh_off=engine.mesh_off(names),
         stretch=engine.stretches(names),
         converged=converged,
     )

@@ -1,4 +1,4 @@
-"""`summary.json`, schema `sim1.diagnosis/14`: what the page for a person says beyond the verdict, without the arrays it comes from."""
+"""`summary.json`, schema `sim1.diagnosis/15`: what the page for a person says beyond the verdict, without the arrays it comes from."""
 
 from pathlib import Path
 from typing import Literal
@@ -7,7 +7,7 @@ import pydantic
 
 from sim1.mismatch.strict_json import Strict, read_json
 
-SCHEMA = "sim1.diagnosis/14"
+SCHEMA = "sim1.diagnosis/15"
 
 
 class Ranked(Strict):
@@ -78,7 +78,9 @@ class Prices(Strict):
     """What a name has to gain in nats, to explain and to foretell."""
 
     per_term: float
-    named: float  # what an effect has to be worth, and one more beside it
+    named: float  # what an effect has to be worth, and one more beside it,
+    alone: float  # times that where motion held out does not speak for it,
+    spoken: float  # which it does by so many nats, an error that is counted often by as much more
     margin: float
     second_share: float  # of what the first gains, that one more has to gain
     explained: float  # share of the excess misfit where it gains, unless it leaves at most `left`,
@@ -95,13 +97,13 @@ class Prices(Strict):
 class Summary(Strict):
     """Contents of `summary.json`."""
 
-    schema_: Literal["sim1.diagnosis/14"] = pydantic.Field(default=SCHEMA, alias="schema")
+    schema_: Literal["sim1.diagnosis/15"] = pydantic.Field(default=SCHEMA, alias="schema")
     sentence: str
     fitted: tuple[str, ...]  # recordings
     heldout: tuple[str, ...]  # seen by no fit; what it says against a name counts
     heldout_nats: float | None  # by which it is less likely with what was named than with the baseline; None: not known
     spoken_for: tuple[str, ...]  # names that fits left in doubt and that it decided for
-    withdrawn: tuple[str, ...]  # names of which it left too little
+    withdrawn: tuple[str, ...]  # names of which it left too little, or that are worth too little without it
     converged: bool  # the searches of the baseline and of the chosen model
     creep_m: float  # of markers over the cloth, standard deviation by coordinate; counted as an error that lasts
     misfit: Misfit

@@ -44,6 +44,8 @@ class Thresholds:
     misfit: float  # mean squared residual, in units of its variance, from which something is missing
     misfit_alone: float  # the same of one recording
     gain: float  # of an established model, from which something is missing though nothing is worth a name
+    alone: float = 2.0  # times a name's worth that a name is asked for which motion held out does not speak for
+    spoken: float = 3.0  # nats by which it does: a likelihood ratio of 20, which chance reaches in one of 20 at most
     # Of what the first gains that another must gain beside it: its formula may be off by a sixth.
     second_share: float = 0.03
     doubtful: float = 0.4  # of what a second is asked for, from which motion held out is asked whether another is there

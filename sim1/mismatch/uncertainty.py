@@ -7,13 +7,12 @@ recording, and in one way in all of them where its mesh is to blame. Three parts
 * The scatter among recordings: what each pulls the coefficients by, the covariance of a cluster-robust (sandwich) estimator (Liang and Zeger
   1986) with recordings as clusters. These are few: Student's quantile in place of the normal one, with Welch's and Satterthwaite's degrees of
   freedom.
-* The mesh: what the coefficients would be on the coarser one, times the share of that change that the working one is taken to be off by.
+* The mesh: what the coefficients would change by with what it is taken to be off by.
 """
 
 import numpy as np
 from scipy import stats
 
-from sim1.mismatch.compare import MESH_SHARE
 from sim1.mismatch.fit import Fit, secant_weights, weights
 
 WIDEN = 2.0  # of Laplace's standard deviations; see docs/mismatch.md for what the intervals hold
@@ -25,7 +24,7 @@ def covariance(found: Fit, quantile: float = QUANTILE) -> np.ndarray:
     """Covariance (P, P) of z, such that 1.96 of its standard deviations are a 95 % interval, or another `quantile`'s that of the normal one."""
     laplace = WIDEN**2 * found.covariance
     among = scatter(found)
-    shift = MESH_SHARE * mesh_shift(found)
+    shift = mesh_shift(found)
     whole = laplace + among + np.outer(shift, shift)
     share = np.diag(among) / np.diag(whole)
     freedom = max(len(found.names) - 1, 1) / np.maximum(share**2, 1e-12)
@@ -58,17 +57,17 @@ def established_along(found: Fit, base: Fit, level: float) -> bool:
     effect far from nothing (Hauck and Donner 1977): by them a static friction that gained 2939 nats could be nothing. Along the way a
     residual changed by d, a share 1 of it; that share is tested, with the same three parts of its variance.
     """
-    pulls, information, coarser = [], 0.0, 0.0
+    pulls, information, off = [], 0.0, 0.0
     for name in found.names:
         taken, weight = base.residuals[name] - found.residuals[name], _way_weights(found, base, name)
         pulls.append(float((weight * taken * found.residuals[name]).sum()))
         information += float((weight * taken**2).sum())
-        coarser += float((weight * taken * found.coarser[name]).sum())
+        off += float((weight * taken * found.mesh_off[name]).sum())
     if information <= 0.0:
         return False
     count = len(pulls)
     among = count / (count - 1) * float(np.var(pulls)) * count / information**2 if count > 1 else 0.0
-    whole = WIDEN**2 / information + among + (MESH_SHARE * coarser / information) ** 2
+    whole = WIDEN**2 / information + among + (off / information) ** 2
     freedom = max(count - 1, 1) / max((among / whole) ** 2, 1e-12)
     return np.sqrt(whole) * stats.t.ppf(1.0 - 0.5 * level, freedom) <= 1.0
 
@@ -136,8 +135,8 @@ def scatter(found: Fit) -> np.ndarray:
 
 
 def mesh_shift(found: Fit) -> np.ndarray:
-    """By how much z (P,) would differ on the coarser mesh, to first order."""
-    return -found.covariance @ sum(pull(found, name, found.coarser[name]) for name in found.names)
+    """By how much z (P,) would differ with what the mesh is taken to be off by, to first order."""
+    return -found.covariance @ sum(pull(found, name, found.mesh_off[name]) for name in found.names)
 
 
 def pull(found: Fit, name: str, residual: np.ndarray) -> np.ndarray:

@@ -24,7 +24,7 @@ class Heard:
     residuals: dict[tuple[str, ...], Residuals]  # by effects, () the baseline's
     unasked: dict[tuple[str, ...], str]  # models that no simulation follows, and why
     temper: Tempers
-    coarser: Residuals
+    mesh_off: Residuals
     stretch: Residuals
 
     @property
@@ -47,13 +47,13 @@ class Heard:
             temper=fit.temper | self.temper,
             residuals=fit.residuals | more,
             slopes=fit.slopes | flat,
-            coarser=fit.coarser | self.coarser,
+            mesh_off=fit.mesh_off | self.mesh_off,
             stretch=fit.stretch | self.stretch,
         )
         return replace(model, fit=whole)
 
 
-NOTHING = Heard(residuals={}, unasked={}, temper={}, coarser={}, stretch={})
+NOTHING = Heard(residuals={}, unasked={}, temper={}, mesh_off={}, stretch={})
 
 
 def left_by(engine: Engine, model: Model, heard: Heard, names: tuple[str, ...]) -> Residuals:
@@ -96,6 +96,6 @@ def hear(engine: Engine, null: Model, models: list[Model], names: tuple[str, ...
             residuals=found,
             unasked=unasked,
             temper=temper_of(engine, found[()], names),
-            coarser=engine.coarser(names),
+            mesh_off=engine.mesh_off(names),
             stretch=engine.stretches(names),
         )

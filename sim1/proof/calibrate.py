@@ -9,7 +9,7 @@ import yaml
 from scipy.stats import CensoredData, gumbel_r, norm, rv_continuous
 
 from sim1.cloth.effects import EFFECTS
-from sim1.mismatch.thresholds import SCHEMA, Measured, Null
+from sim1.mismatch.thresholds import SCHEMA, THRESHOLDS, Measured, Null
 from sim1.proof.outcome import Found, Outcome
 from sim1.stage import BadInput, random_stream
 from sim1.whole_file import whole_file
@@ -75,8 +75,12 @@ def calibrated(outcomes: Sequence[Outcome]) -> Measured:
 
 
 def _worth(found: Found) -> float:
-    """Nats of the best single effect that stands, by fits or by fits and motion held out."""
-    return max(largest({name: found.worths[name] for name in found.steady or ()}), largest(found.heard))
+    """Nats of the best single effect that stands, by fits or by fits and motion held out.
+
+    One that motion held out was asked about and does not speak for is as far from a name as one of half the worth that it does.
+    """
+    asked = {name: THRESHOLDS.alone if name in (found.withdrawn or ()) else 1.0 for name in found.steady or ()}
+    return max(largest({name: found.worths[name] / times for name, times in asked.items()}), largest(found.heard))
 
 
 def _most(nats: np.ndarray) -> float:

@@ -52,6 +52,7 @@ class Found(Strict):
     spoken_for: tuple[str, ...] | None = (
         None  # names that motion held out decided for; None: scored before this was told
     )
+    withdrawn: tuple[str, ...] | None = None  # names that it took back; None: scored before this was told
     established: tuple[str, ...] | None = (
         None  # ranked models of which recordings agree that they are there; None: scored before this was told
     )

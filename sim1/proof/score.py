@@ -152,6 +152,7 @@ def _found(files: Files, case: str, answers: Answers, courses: Mapping[str, np.n
         fit_mm=(_mm(before.fit), _mm(after.fit)),
         heldout_mm=(_mm(before.heldout), _mm(after.heldout)),
         spoken_for=summary.spoken_for,
+        withdrawn=summary.withdrawn,
         place_auc=_place_auc(folder / "forces.npz", courses),
         over_limit={
             name: over for name, given in true.items() if (over := over_limit(summary, name, given)) is not None

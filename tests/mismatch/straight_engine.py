@@ -37,7 +37,7 @@ class Straight:
         slopes, bends, noise = self._numbers()
         return {"only": slopes @ (z - TRUE) + bends @ self._warped(z)[0] + noise}
 
-    def coarser(self, names):
+    def mesh_off(self, names):
         return {name: np.zeros(300) for name in names}
 
     def stretches(self, names):

@@ -18,11 +18,43 @@ pytestmark = pytest.mark.usefixtures("counted_once")
 def test_a_name_of_which_motion_held_out_leaves_less_than_a_name_s_worth_is_withdrawn(unknowns):
     pool = pool_of(unknowns, {("air_drag",): 500.0})
     found = decide(pool, THRESHOLDS)
-    kept = borne_out(found, pool, {("air_drag",): 500.0 - THRESHOLDS.named - 1.0}, THRESHOLDS)
+    asked = THRESHOLDS.alone * THRESHOLDS.named  # of what motion held out does not speak for
+    kept = borne_out(found, pool, {("air_drag",): 500.0 - asked - 1.0}, THRESHOLDS)
     assert (kept.verdict, kept.chosen.terms) == ("named", ("air_drag",))
-    withdrawn = borne_out(found, pool, {("air_drag",): 500.0 - THRESHOLDS.named + 1.0}, THRESHOLDS)
+    withdrawn = borne_out(found, pool, {("air_drag",): 500.0 - asked + 1.0}, THRESHOLDS)
     assert (withdrawn.verdict, withdrawn.chosen.terms, withdrawn.rivals) == ("unknown", (), ())
     assert withdrawn.misfit == {"baseline": withdrawn.misfit["baseline"], "chosen": withdrawn.misfit["baseline"]}
+
+
+def test_a_name_that_motion_held_out_speaks_for_is_asked_for_less_than_one_that_it_does_not(unknowns):
+    drag = ("air_drag",)
+    pool = pool_of(unknowns, {drag: 1.5 * THRESHOLDS.named})
+    found = decide(pool, THRESHOLDS)
+    assert found.verdict == "named"
+    said = {nats: borne_out(found, pool, {drag: -nats}, THRESHOLDS) for nats in (THRESHOLDS.spoken, 2.0, 0.0, -5.0)}
+    assert [one.verdict for one in said.values()] == ["named", "none", "none", "none"]
+    assert borne_out(found, pool, {}, THRESHOLDS).verdict == "none"  # it could not be asked
+    missing = replace(THRESHOLDS, gain=THRESHOLDS.named)
+    assert borne_out(found, pool, {drag: 0.0}, missing).verdict == "unknown"
+    strong = pool_of(unknowns, {drag: 1.1 * THRESHOLDS.alone * THRESHOLDS.named})
+    assert borne_out(decide(strong, THRESHOLDS), strong, {drag: 0.0}, THRESHOLDS).verdict == "named"
+
+
+def test_what_counts_one_error_often_is_spoken_for_by_as_much_more(unknowns, monkeypatch):
+    drag = ("air_drag",)
+    pool = pool_of(unknowns, {drag: 4.0 * THRESHOLDS.named})
+    for module in ("decide", "borne_out"):
+        monkeypatch.setattr(f"sim1.mismatch.{module}.overcounted", lambda fit, base: 3.0)
+    found = decide(pool, THRESHOLDS)
+    said = [borne_out(found, pool, {drag: -nats}, THRESHOLDS).verdict for nats in (3.1 * 3.0, 2.9 * 3.0)]
+    assert said == ["named", "unknown"]  # as much gained is something
+
+
+def test_what_was_measured_without_a_model_needs_no_motion_held_out(unknowns):
+    late = ("clock_offset",)
+    pool = pool_of(unknowns, {late: 1.5 * THRESHOLDS.named})
+    found = decide(pool, THRESHOLDS, frozenset(late))
+    assert borne_out(found, pool, {late: 0.0}, THRESHOLDS, frozenset(late)).verdict == "named"
 
 
 def test_motion_held_out_makes_no_name_out_of_too_little(unknowns):
@@ -87,7 +119,7 @@ def test_what_counts_one_error_twice_and_is_not_seen_in_motion_held_out_is_withd
     kept = decide(pool, THRESHOLDS)
     assert kept.verdict == "named"
     little = {("anisotropic_stretch",): 0.2 * THRESHOLDS.named}
-    assert borne_out(kept, pool, little, THRESHOLDS).verdict == "unknown"
+    assert borne_out(kept, pool, little, THRESHOLDS).verdict == "none"  # nothing else says that something is missing
 
 
 def test_a_part_that_is_left_and_explains_too_little_is_no_name(unknowns):
@@ -155,7 +187,7 @@ def heard_of_one(pool, against):
     assert set(residuals) <= {one.terms for one in pool}
     flat = {"held": np.zeros(100)}
     return Heard(
-        residuals=residuals, unasked={}, temper={"held": 1.0}, coarser=flat, stretch={"held": np.arange(100) // 10}
+        residuals=residuals, unasked={}, temper={"held": 1.0}, mesh_off=flat, stretch={"held": np.arange(100) // 10}
     )
 
 

@@ -38,7 +38,7 @@ def base():
         temper={"swing_0": 1.0},
         residuals={"swing_0": np.zeros(9)},
         slopes={"swing_0": np.zeros((9, size))},
-        coarser={"swing_0": np.zeros(9)},
+        mesh_off={"swing_0": np.zeros(9)},
         stretch={"swing_0": np.zeros(9, int)},
         converged=True,
     )

@@ -101,7 +101,7 @@ def test_a_calibrated_model_is_read_back_as_where_its_search_ended():
             temper={"a": 1.0},
             residuals=nothing,
             slopes=slopes,
-            coarser=nothing,
+            mesh_off=nothing,
             stretch={"a": np.zeros(1, int)},
             converged=True,
         )

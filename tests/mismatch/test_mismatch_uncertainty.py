@@ -32,7 +32,7 @@ def unknowns():
     return Unknowns(base=baseline(empty_bundle(motions=2)).base, nominal=two)
 
 
-def fitted(unknowns, stream, off=None, coarser=None, samples=100):
+def fitted(unknowns, stream, off=None, mesh_off=None, samples=100):
     """The least squares fit to four recordings; `off` (4, 2): by how much each one's simulations are wrong, as a shift of z."""
     off = np.zeros((4, 2)) if off is None else off
     slopes = {name: 2.0 * stream.standard_normal((samples, 2)) for name in NAMES}
@@ -46,7 +46,7 @@ def fitted(unknowns, stream, off=None, coarser=None, samples=100):
         temper=dict.fromkeys(NAMES, 1.0),
         residuals={name: slopes[name] @ z - data[name] for name in NAMES},
         slopes=slopes,
-        coarser=coarser(slopes) if coarser else {name: np.zeros(samples) for name in NAMES},
+        mesh_off=mesh_off(slopes) if mesh_off else {name: np.zeros(samples) for name in NAMES},
         stretch={name: np.arange(samples) // 10 for name in NAMES},
         converged=True,
     )
@@ -75,10 +75,10 @@ def test_scatter_is_that_of_the_mean_of_what_recordings_would_say_alone(unknowns
     assert scatter(found) == pytest.approx(0.01 * np.cov(off.T) / 4, rel=0.2)
 
 
-def test_what_a_coarser_mesh_would_say_widens_the_coefficient_that_it_moves(unknowns):
+def test_what_the_mesh_is_off_by_widens_the_coefficient_that_it_moves(unknowns):
     moved = np.array([0.0, 0.3])
     found = fitted(
-        unknowns, np.random.default_rng(4), coarser=lambda slopes: {name: j @ moved for name, j in slopes.items()}
+        unknowns, np.random.default_rng(4), mesh_off=lambda slopes: {name: j @ moved for name, j in slopes.items()}
     )
     assert mesh_shift(found) == pytest.approx(-moved, abs=0.01)
     wider = deviations(found) / (WIDEN * np.sqrt(np.diag(found.covariance)))
@@ -206,7 +206,7 @@ def one_strength(unknowns, stream, strength, off):
         name: slopes[name][:, 0] * (strength + off[k]) + stream.standard_normal(200) for k, name in enumerate(NAMES)
     }
     z = np.linalg.lstsq(np.vstack(list(slopes.values())), np.concatenate(list(data.values())), rcond=None)[0]
-    parts = {"temper": dict.fromkeys(NAMES, 3.0), "coarser": {name: np.zeros(200) for name in NAMES}}
+    parts = {"temper": dict.fromkeys(NAMES, 3.0), "mesh_off": {name: np.zeros(200) for name in NAMES}}
     parts |= {"names": NAMES, "stretch": {name: np.arange(200) // 10 for name in NAMES}, "converged": True}
     found = Fit(
         unknowns=replace(unknowns, nominal=(), terms=(only,)),
@@ -256,7 +256,7 @@ def test_what_another_mesh_would_undo_is_not_there(unknowns):
     found, base = one_strength(unknowns, np.random.default_rng(1), 1.0, np.zeros(4))
     undone = {name: base.residuals[name] - found.residuals[name] for name in NAMES}
     assert established_along(found, base, 0.05)
-    assert not established_along(replace(found, coarser=undone), base, 0.05)
+    assert not established_along(replace(found, mesh_off=undone), base, 0.05)
 
 
 def test_a_model_that_changes_nothing_is_not_there(unknowns):

@@ -56,7 +56,7 @@ def test_what_was_heard_is_added_to_a_model_as_if_it_had_been_fitted_and_had_tau
         temper={"swing_0": 3.0},
         residuals=own,
         slopes={"swing_0": np.ones((6, len(drag.fit.z)))},
-        coarser={"swing_0": np.zeros(6)},
+        mesh_off={"swing_0": np.zeros(6)},
         stretch={"swing_0": np.arange(6)},
         converged=True,
     )
@@ -68,7 +68,7 @@ def test_what_was_heard_is_added_to_a_model_as_if_it_had_been_fitted_and_had_tau
     assert after.score - before.score == pytest.approx(nats)
     baseline_nats = cost_of(heard.residuals[()], HELD, heard.temper)
     assert heard.against[DRAG] == pytest.approx(nats - baseline_nats)
-    for kept in (after.fit.residuals, after.fit.slopes, after.fit.coarser, after.fit.stretch):
+    for kept in (after.fit.residuals, after.fit.slopes, after.fit.mesh_off, after.fit.stretch):
         assert len(kept[HELD[0]]) == len(heard.residuals[DRAG][HELD[0]])
 
 

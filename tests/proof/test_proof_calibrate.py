@@ -73,6 +73,13 @@ def test_what_motion_held_out_makes_of_chance_counts_as_what_fits_make_of_it():
     assert [null.worth for null in calibrated(cases).nulls][7] == 300.0
 
 
+def test_a_name_that_motion_held_out_took_back_was_half_as_far_from_being_given():
+    cases, before = nulls(GAINS), calibrated(nulls(GAINS)).nulls[7].worth
+    cases[7] = cases[7].model_copy(update={"found": cases[7].found.model_copy(update={"withdrawn": ("wind",)})})
+    assert before > 10.0
+    assert calibrated(cases).nulls[7].worth == pytest.approx(before / THRESHOLDS.alone, abs=0.1)
+
+
 def test_what_is_no_name_however_much_it_gains_sets_no_threshold():
     """A crease gains 900 nats in every case, and recordings do not agree that it is there."""
     measured = calibrated(nulls(GAINS))
