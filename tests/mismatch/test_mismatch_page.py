@@ -26,6 +26,8 @@ def test_thresholds_are_those_in_force():
         f"adds {asked.named:g} to what the other is worth",
         f"more than {asked.steady:g} times",
         f"within {asked.margin:g} nats or {asked.margin_share:.1%} of its gain".replace("%", " %"),
+        f"{asked.alone:g} times as much where that recording does not speak for the name, by {asked.spoken:g} nats",
+        f"by {asked.spoken:g} nats or more, is asked for {asked.alone:g} times the worth",
         f"it explains {asked.explained:g} of the excess",
         f"{asked.explained_whole:g} of it where what it leaves",
         f"a mean square of {asked.left:g} at most",
