@@ -120,40 +120,70 @@ def borne_out(
     against: Against,
     thresholds: Thresholds,
     measured: frozenset[str] = frozenset(),
+    others: frozenset[tuple[str, ...]] = frozenset(),
 ) -> Decision:
     """What motion that nobody fitted leaves of a decision.
 
-    An effect beside another stays if what it adds, there too, is worth a second one. A name that this motion does not speak for has to be
-    worth `alone` times as much as one that it does. What is no name's worth is nothing, or `unknown` if something is missing; what no
-    longer explains what is missing is `unknown`. `against`: see `Against`, of the chosen model and of its parts in the pool; what motion
-    held out was not asked about, as time ran out or no simulation follows, it neither takes away nor speaks for.
+    An effect beside another stays if what it adds, there too, is worth a second one. A name that this motion does not speak for, nor any
+    recording that was left out for it, has to be worth `alone` times as much as one that it does. What is no name's worth is nothing, or
+    `unknown` if something is missing; what no longer explains what is missing is `unknown`. `against`: see `Against`, of the chosen model
+    and of its parts in the pool; what motion held out was not asked about, as time ran out or no simulation follows, it neither takes away
+    nor speaks for. `others`: models for which a recording speaks that was left out.
     """
-    null, best = decision.null, decision.chosen
-    if not best.terms:
+    null = decision.null
+    if not decision.chosen.terms:
         return decision
-    asked = [part for part in parts_of(pool, best) if part.terms in against]
-    telling = told_by(
-        [one for one in worthy_of(pool, thresholds) if steady(pool, one, thresholds, measured)], best, thresholds
-    )
-    for part in sorted(asked, key=lambda model: rating(model, thresholds)):
-        said = against[best.terms] - against[part.terms] if best.terms in against else 0.0
-        if set(part.terms) < set(best.terms) and not adds_enough(null, part, telling, thresholds, said=said):
-            best = telling = part
-    kept = worth_over(null, best, thresholds, max(against.get(best.terms, 0.0), 0.0))
-    known = set(best.terms) <= measured or spoken_for(null, best, against, thresholds)
+    best, kept = _left_of(decision, pool, against, thresholds, measured)
+    known = best.terms in others or not _unknown(null, best, against, thresholds, measured)
     if kept < thresholds.named * (1.0 if known else thresholds.alone) or not steady(pool, best, thresholds, measured):
         return unchanged("unknown" if missing(pool, thresholds) else "none", null)
     return decision if best is decision.chosen else _said_again(null, best, pool, thresholds, measured)
 
 
-def spoken_for(null: Model, model: Model, against: Against, thresholds: Thresholds) -> bool:
-    """Whether motion held out is likelier with a model than with the baseline, by more than chance has it.
+def in_doubt(
+    decision: Decision,
+    pool: list[Model],
+    against: Against,
+    thresholds: Thresholds,
+    measured: frozenset[str] = frozenset(),
+) -> Model | None:
+    """The model that `borne_out` would keep if only some motion spoke for it that did not teach it; None: there is no such doubt."""
+    if not decision.chosen.terms:
+        return None
+    best, kept = _left_of(decision, pool, against, thresholds, measured)
+    doubted = thresholds.named <= kept < thresholds.alone * thresholds.named
+    silent = _unknown(decision.null, best, against, thresholds, measured)
+    return best if doubted and silent and steady(pool, best, thresholds, measured) else None
+
+
+def _left_of(
+    decision: Decision, pool: list[Model], against: Against, thresholds: Thresholds, measured: frozenset[str]
+) -> tuple[Model, float]:
+    """Of a named model what motion held out leaves: the model or the best of its parts, and what that is worth less what is said against it."""
+    null, best = decision.null, decision.chosen
+    asked = [part for part in parts_of(pool, best) if part.terms in against]
+    telling = told_by(
+        [one for one in worthy_of(pool, thresholds) if steady(pool, one, thresholds, measured)], best, thresholds
+    )
+    for part in sorted(asked, key=lambda model: rating(model, thresholds)) if best.terms in against else ():
+        said = against[best.terms] - against[part.terms]
+        if set(part.terms) < set(best.terms) and not adds_enough(null, part, telling, thresholds, said=said):
+            best = telling = part
+    return best, worth_over(null, best, thresholds, max(against.get(best.terms, 0.0), 0.0))
+
+
+def _unknown(null: Model, model: Model, against: Against, thresholds: Thresholds, measured: frozenset[str]) -> bool:
+    """Whether nothing but what taught a model says that it is right."""
+    return not set(model.terms) <= measured and not spoken_for(null, model, against.get(model.terms, 0.0), thresholds)
+
+
+def spoken_for(null: Model, model: Model, against: float, thresholds: Thresholds) -> bool:
+    """Whether motion that did not teach a model is likelier with it than with the baseline, by more than chance has it.
 
     Of an effect that is not there it is likelier by a factor of k in one case of k at most (Markov), whatever fits made of it: they never
-    saw that motion. An error that is counted often in fits is so here.
+    saw that motion. An error that is counted often in fits is so here. `against`: nats by which it is less likely.
     """
-    nats = -against.get(model.terms, 0.0)
-    return nats >= thresholds.spoken * overcounted(model.fit, null.fit)
+    return -against >= thresholds.spoken * overcounted(model.fit, null.fit)
 
 
 def parts_of(pool: list[Model], model: Model) -> list[Model]:

@@ -16,7 +16,15 @@ from sim1.mismatch.heldout import rmse_of
 from sim1.mismatch.models import Model
 from sim1.mismatch.noise import frame_noise
 from sim1.mismatch.patience import Patience
-from sim1.mismatch.remarks import explains_heldout, not_asked, not_followed, not_foretold, not_set_apart, vote
+from sim1.mismatch.remarks import (
+    by_others,
+    explains_heldout,
+    not_asked,
+    not_followed,
+    not_foretold,
+    not_set_apart,
+    vote,
+)
 from sim1.mismatch.rounds import rounds
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.thresholds import THRESHOLDS, Thresholds
@@ -145,6 +153,7 @@ def _diagnose(
         remarks=(
             *([noise.remark] if noise.remark else []),
             vote(heldout, judged),
+            *by_others(judged),
             *explains_heldout(tried, thresholds),
             *not_foretold(foretold),
             *(not_followed(terms) for terms in found.unfollowed),

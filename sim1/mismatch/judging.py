@@ -2,9 +2,19 @@
 
 from dataclasses import dataclass
 
-from sim1.mismatch.borne_out import borne_out, doubtful, heard_of, hopeful, parts_of, with_doubtful, with_hopeful
+from sim1.mismatch.borne_out import (
+    borne_out,
+    doubtful,
+    heard_of,
+    hopeful,
+    in_doubt,
+    parts_of,
+    with_doubtful,
+    with_hopeful,
+)
 from sim1.mismatch.decide import Decision, decide
 from sim1.mismatch.engine import Engine
+from sim1.mismatch.by_others import ByOthers, asked_of_others
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import Thresholds
 from sim1.mismatch.unfitted import Heard, hear
@@ -18,6 +28,7 @@ class Judgement:
     by_fits: Decision  # what fits alone say
     heard: Heard
     hopeful: tuple[Model, ...]  # where fits name nothing: those that were asked, with what was heard added; else none
+    by_others: ByOthers | None = None  # what was asked where motion held out said too little for a name
 
     @property
     def named(self) -> Model:
@@ -70,5 +81,9 @@ def judge(
     asked = list({one.terms: one for one in (named, *others)}.values())
     heard = hear(engine, null, asked, heldout)
     said = with_doubtful(decision, more, pool, heard.against, thresholds, measured)
-    said = borne_out(said, pool, heard.against, thresholds, measured)
-    return Judgement(decision=said, by_fits=decision, heard=heard, hopeful=())
+    by_others, doubted = None, in_doubt(said, pool, heard.against, thresholds, measured)
+    if doubted is not None and not stopped:
+        by_others = asked_of_others(engine, null, doubted, heard, heldout, thresholds)
+    others = frozenset([by_others.terms] if by_others and by_others.speaks else [])
+    said = borne_out(said, pool, heard.against, thresholds, measured, others)
+    return Judgement(decision=said, by_fits=decision, heard=heard, hopeful=(), by_others=by_others)

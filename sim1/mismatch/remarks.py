@@ -46,6 +46,16 @@ def vote(heldout: Sequence[str], judged: Judgement) -> str:
     return f"{where} had no vote: the error there is of a model that was chosen without it"
 
 
+def by_others(judged: Judgement) -> Iterator[str]:
+    """What a recording says that was left out as motion held out said too little for a name."""
+    if (one := judged.by_others) is not None:
+        likelier = f"{abs(one.against):.0f} nats {'less likely' if one.against > 0 else 'likelier'}"
+        yield (
+            f"motion held out says too little for {' with '.join(one.terms)}: by what all recordings but {one.recording} teach, that one is {likelier} "
+            f"with it than without, {'which is enough' if one.speaks else 'which is not enough for a name of its worth'}"
+        )
+
+
 def explains_heldout(found: Rounds, thresholds: Thresholds) -> Iterator[str]:
     """Whether what no fit saw is explained, where it is not or was not at first."""
     if (first := found.taught_by) is not None:
