@@ -12,9 +12,9 @@ from sim1.mismatch.borne_out import (
     with_doubtful,
     with_hopeful,
 )
+from sim1.mismatch.by_others import ByOthers, asked_of_others
 from sim1.mismatch.decide import Decision, decide
 from sim1.mismatch.engine import Engine
-from sim1.mismatch.by_others import ByOthers, asked_of_others
 from sim1.mismatch.models import Model
 from sim1.mismatch.thresholds import Thresholds
 from sim1.mismatch.unfitted import Heard, hear
