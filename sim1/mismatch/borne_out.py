@@ -134,7 +134,7 @@ def borne_out(
     if not decision.chosen.terms:
         return decision
     best, kept = _left_of(decision, pool, against, thresholds, measured)
-    known = best.terms in others or not _unknown(null, best, against, thresholds, measured)
+    known = best.terms in others or not _untested(null, best, against, thresholds, measured)
     if kept < thresholds.named * (1.0 if known else thresholds.alone) or not steady(pool, best, thresholds, measured):
         return unchanged("unknown" if missing(pool, thresholds) else "none", null)
     return decision if best is decision.chosen else _said_again(null, best, pool, thresholds, measured)
@@ -152,7 +152,7 @@ def in_doubt(
         return None
     best, kept = _left_of(decision, pool, against, thresholds, measured)
     doubted = thresholds.named <= kept < thresholds.alone * thresholds.named
-    silent = _unknown(decision.null, best, against, thresholds, measured)
+    silent = _untested(decision.null, best, against, thresholds, measured)
     return best if doubted and silent and steady(pool, best, thresholds, measured) else None
 
 
@@ -172,7 +172,7 @@ def _left_of(
     return best, worth_over(null, best, thresholds, max(against.get(best.terms, 0.0), 0.0))
 
 
-def _unknown(null: Model, model: Model, against: Against, thresholds: Thresholds, measured: frozenset[str]) -> bool:
+def _untested(null: Model, model: Model, against: Against, thresholds: Thresholds, measured: frozenset[str]) -> bool:
     """Whether nothing but what taught a model says that it is right."""
     return not set(model.terms) <= measured and not spoken_for(null, model, against.get(model.terms, 0.0), thresholds)
 
@@ -181,7 +181,8 @@ def spoken_for(null: Model, model: Model, against: float, thresholds: Thresholds
     """Whether motion that did not teach a model is likelier with it than with the baseline, by more than chance has it.
 
     Of an effect that is not there it is likelier by a factor of k in one case of k at most (Markov), whatever fits made of it: they never
-    saw that motion. An error that is counted often in fits is so here. `against`: nats by which it is less likely.
+    saw that motion. (Of a recording that was left out afterwards the fits know nothing either, but the name was chosen with it in view.)
+    An error that is counted often in fits is so here. `against`: nats by which it is less likely.
     """
     return -against >= thresholds.spoken * overcounted(model.fit, null.fit)
 

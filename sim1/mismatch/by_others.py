@@ -1,6 +1,6 @@
 """Whether recordings foretell each other by a name: what a model gains most by is left out, and foretold by what the others teach."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.borne_out import spoken_for
@@ -19,35 +19,42 @@ class ByOthers:
 
     terms: tuple[str, ...]
     recording: str
-    against: float  # nats by which it is less likely with the model than with the baseline
+    against: (
+        float | None
+    )  # nats by which it is less likely with the model than with the baseline; None: it could not be asked
     speaks: bool  # for the model, by more than chance has it
+    unasked: str = ""  # why it could not be asked
 
 
 def asked_of_others(
     engine: Engine, null: Model, model: Model, heard: Heard, heldout: tuple[str, ...], thresholds: Thresholds
-) -> ByOthers | None:
+) -> ByOthers:
     """Fit baseline and model without the recording that the model gains most in, and foretell that one with both.
 
-    What was held out teaches in its place: it has been asked. Where one recording alone is wrongly simulated, others do not foretell what
-    a name gains in it; an effect that acts in several they do. None where no simulation follows, or time is over.
+    What was held out teaches in its place, as it has been asked; what mesh and step get wrong in it is measured where the model is, as in
+    the others. Where one recording alone is wrongly simulated, others do not foretell what a name gains in it; an effect that acts in
+    several they do.
     """
     last = _gains_most(null, model)
     names = tuple(name for name in (*model.fit.names, *heldout) if name != last)
     temper = model.fit.temper | heard.temper
+    unasked = ByOthers(terms=model.terms, recording=last, against=None, speaks=False)
+    if lost := sorted(set(heldout) - set(temper)):
+        return replace(unasked, unasked=f"no simulation follows {', '.join(lost)}, which was to teach in its place")
     try:
-        taught = [_taught(engine, one, names, temper) for one in (null, model)]
-        said = hear(engine, taught[0], taught[1:], (last,))
-    except NotConverged:
-        return None
-    if engine.patience.over or model.terms in said.unasked:
-        return None
+        with engine.aside():
+            engine.refine(model.fit.unknowns.world(model.fit.z), heldout)
+            engine.soften(model.fit.unknowns, model.fit.z, heldout)
+            taught = [_taught(engine, one, names, temper) for one in (null, model)]
+            said = hear(engine, taught[0], taught[1:], (last,))
+    except NotConverged as error:
+        return replace(unasked, unasked=str(error))
+    if engine.patience.over:
+        return replace(unasked, unasked="time was over")
+    if model.terms in said.unasked:
+        return replace(unasked, unasked=said.unasked[model.terms])
     against = said.against[model.terms]
-    return ByOthers(
-        terms=model.terms,
-        recording=last,
-        against=against,
-        speaks=spoken_for(taught[0], taught[1], against, thresholds),
-    )
+    return replace(unasked, against=against, speaks=spoken_for(taught[0], taught[1], against, thresholds))
 
 
 def _gains_most(null: Model, model: Model) -> str:

@@ -149,12 +149,12 @@ def block_noise_m(observed: list[Observed], recordings: list[Recording]) -> floa
 
 
 def off_by_coarser(here_m: np.ndarray, coarser_m: np.ndarray) -> np.ndarray:
-    """What a mesh gets wrong, by what a coarser one says: all changes to come are `MESH_SHARE` of the last one."""
+    """What a mesh gets wrong [m], by what a coarser one says: all changes to come are `MESH_SHARE` of the last one. Arrays of one shape."""
     return MESH_SHARE * (coarser_m - here_m)
 
 
 def off_by_finer(here_m: np.ndarray, finer_m: np.ndarray) -> np.ndarray:
-    """What a mesh gets wrong, by what a finer one says: the change to it, and `MESH_SHARE` of that still to come.
+    """What a mesh gets wrong, by what a finer one says: the change to it, and `MESH_SHARE` of that still to come [m]. Arrays of one shape.
 
     Where changes fall off as they should this is what `off_by_coarser` says; around the corner of a clamp, or where wrinkles have a choice,
     they fall off more slowly or not at all, and this is more.

@@ -84,6 +84,6 @@ def judge(
     by_others, doubted = None, in_doubt(said, pool, heard.against, thresholds, measured)
     if doubted is not None and not stopped:
         by_others = asked_of_others(engine, null, doubted, heard, heldout, thresholds)
-    others = frozenset([by_others.terms] if by_others and by_others.speaks else [])
+    others = frozenset([by_others.terms] if by_others is not None and by_others.speaks else [])
     said = borne_out(said, pool, heard.against, thresholds, measured, others)
     return Judgement(decision=said, by_fits=decision, heard=heard, hopeful=(), by_others=by_others)

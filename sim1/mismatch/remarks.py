@@ -48,11 +48,16 @@ def vote(heldout: Sequence[str], judged: Judgement) -> str:
 
 def by_others(judged: Judgement) -> Iterator[str]:
     """What a recording says that was left out as motion held out said too little for a name."""
-    if (one := judged.by_others) is not None:
+    if (one := judged.by_others) is None:
+        return
+    silent = f"motion held out says too little for {' with '.join(one.terms)}"
+    if one.against is None:
+        yield f"{silent}, and {one.recording}, which it gains most in, could not be foretold by what the others teach: {one.unasked}"
+    else:
         likelier = f"{abs(one.against):.0f} nats {'less likely' if one.against > 0 else 'likelier'}"
         yield (
-            f"motion held out says too little for {' with '.join(one.terms)}: by what all recordings but {one.recording} teach, that one is {likelier} "
-            f"with it than without, {'which is enough' if one.speaks else 'which is not enough for a name of its worth'}"
+            f"{silent}: by what all recordings but {one.recording} teach, that one is {likelier} with it than without, "
+            f"{'which is enough' if one.speaks else 'which is not enough for a name of its worth'}"
         )
 
 

@@ -17,7 +17,7 @@ from sim1.mismatch.fit import fit, temper_of
 from sim1.mismatch.models import judged
 from sim1.mismatch.search import Term, baseline
 from sim1.mismatch.thresholds import THRESHOLDS
-from sim1.mismatch.unfitted import hear
+from sim1.mismatch.unfitted import NOTHING, hear
 
 DRAG = ("air_drag",)
 FITTED, HELD = ("swing_0", "swing_1"), ("swing_2",)
@@ -66,14 +66,34 @@ def test_what_is_wrong_in_one_recording_alone_the_others_do_not_foretell():
     assert not said.speaks
 
 
-def test_where_no_simulation_follows_nothing_is_said(everywhere, monkeypatch):
+def test_what_mesh_and_step_get_wrong_in_motion_held_out_is_known_while_it_teaches(everywhere, monkeypatch):
+    engine, null, drag, heard = everywhere
+    taught, before = {}, engine.observed(HELD[0]).mesh_m.copy()
+
+    def fitted(engine, unknowns, z, names, **settings):
+        taught.update({name: engine.observed(name).mesh_m.min() for name in names})
+        return fit(engine, unknowns, z, names, **(settings | {"most": 0}))
+
+    monkeypatch.setattr("sim1.mismatch.by_others.fit", fitted)
+    asked_of_others(engine, null, drag, heard, HELD, THRESHOLDS)
+    assert HELD[0] in taught
+    assert min(taught.values()) > 0.0
+    np.testing.assert_array_equal(engine.observed(HELD[0]).mesh_m, before)  # what was known of it is as it was
+
+
+def test_where_no_simulation_follows_it_is_told_why_and_nothing_speaks(everywhere, monkeypatch):
     engine, null, drag, heard = everywhere
 
     def lost(*_, **__):
         raise NotConverged("recording swing_1: no next state at 0.5 s")
 
     monkeypatch.setattr("sim1.mismatch.by_others.fit", lost)
-    assert asked_of_others(engine, null, drag, heard, HELD, THRESHOLDS) is None
+    said = asked_of_others(engine, null, drag, heard, HELD, THRESHOLDS)
+    assert (said.against, said.speaks) == (None, False)
+    assert "no next state at 0.5 s" in said.unasked
+    silent = asked_of_others(engine, null, drag, NOTHING, HELD, THRESHOLDS)
+    assert (silent.against, silent.speaks) == (None, False)
+    assert "swing_2" in silent.unasked
 
 
 @pytest.mark.usefixtures("counted_once")

@@ -6,10 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from sim1.mismatch.by_others import ByOthers
 from sim1.mismatch.decide import Decision
 from sim1.mismatch.foretold import Foretold
 from sim1.mismatch.judging import Judgement
-from sim1.mismatch.remarks import not_foretold, vote
+from sim1.mismatch.remarks import by_others, not_foretold, vote
 from sim1.mismatch.unfitted import NOTHING
 
 
@@ -48,6 +49,27 @@ def test_an_error_held_out_is_told_to_be_of_a_model_that_this_motion_helped_to_c
     told = vote(("swing_b",), judged(by_fits, decision, ("wind",)))
     assert f"swing_b, which no fit saw, had a vote and {decided}: " in told
     assert told.endswith("the error there is of a model that it helped to choose")
+
+
+@pytest.mark.parametrize(
+    ("said_of_it", "told"),
+    [
+        ({"against": -308.4, "speaks": True}, "is 308 nats likelier with it than without, which is enough"),
+        ({"against": 67.0, "speaks": False}, "is 67 nats less likely with it than without, which is not enough"),
+        (
+            {"against": None, "speaks": False, "unasked": "time was over"},
+            "could not be foretold by what the others teach: time was over",
+        ),
+    ],
+)
+def test_what_a_recording_says_that_was_left_out_is_told_or_why_it_was_not_asked(said_of_it, told):
+    named = said("named", "air_drag")
+    asked = replace(judged(named, named), by_others=ByOthers(terms=("air_drag",), recording="swing_b", **said_of_it))
+    [line] = by_others(asked)
+    assert line.startswith("motion held out says too little for air_drag")
+    assert "swing_b" in line
+    assert told in line
+    assert list(by_others(judged(named, named))) == []
 
 
 def test_a_recording_that_no_simulation_follows_is_told_once_where_nothing_was_chosen():
