@@ -140,7 +140,7 @@ def test_thresholds_in_force_are_what_the_cases_beside_them_ask_for():
     assert THRESHOLDS.named == measured.named >= max(null.worth for null in measured.nulls)
     assert THRESHOLDS.gain == measured.gain >= max(null.gain for null in measured.nulls)
     campaigns = (
-        REPOSITORY / "docs" / "campaign" / name for name in ("along", "nulls", "by_gain", "drawn", "uneven", "narrow")
+        REPOSITORY / "docs" / "campaign" / name for name in ("along", "nulls", "by_gain", "drawn", "uneven_nulls")
     )
     stored = [path for folder in campaigns for path in sorted((folder / "outcomes").glob("*.json"))]
     again = calibrated([Outcome.model_validate_json(path.read_bytes()) for path in stored])
