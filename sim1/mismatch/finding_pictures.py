@@ -15,6 +15,10 @@ import matplotlib.pyplot as plt
 from sim1.picture_file import save_figure
 
 COLORS = {"baseline": "tab:red", "augmented": "tab:blue"}
+PANEL_IN, AROUND_IN = (
+    2.7,
+    1.5,
+)  # inches: how wide one of four moments is drawn, and what titles and legend take above and below
 FLAT = 0.15  # height over width of what markers pass through, below which it is seen from above
 
 
@@ -80,7 +84,9 @@ def draw_key_frames(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     low, high = np.nanmin(recording.markers_m, axis=(0, 1)), np.nanmax(recording.markers_m, axis=(0, 1))
     flat = high[2] - low[2] < FLAT * (high - low)[:2].max()
     across, up = (0, 1) if flat else (side, 2)
-    figure, axes = plt.subplots(1, 4, figsize=(12, 3.6), sharex=True, sharey=True, layout="constrained")
+    wide, tall = (high - low)[[across, up]]
+    height = AROUND_IN + np.clip(PANEL_IN * tall / wide, 0.8, 5.0) if wide > 0.0 else 2 * PANEL_IN
+    figure, axes = plt.subplots(1, 4, figsize=(12, height), sharex=True, sharey=True, layout="constrained")
     for axis, frame in zip(axes, frames, strict=True):
         seen = 1e3 * recording.markers_m[frame][:, [across, up]]
         for label, run in runs.items():
@@ -91,7 +97,7 @@ def draw_key_frames(path: Path, bundle: Bundle, found: Diagnosis) -> None:
         axis.scatter(*seen.T, s=22, facecolors="none", edgecolors="k", label="measured")
         axis.set(xlabel=f"{'xyz'[across]} [mm]", title=f"{recording.time_s[frame]:.2f} s", aspect="equal")
     axes[0].set_ylabel(f"{'xyz'[up]} [mm]")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", fontsize=8)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
     said = f"the moments at which the model ({worst}) is most wrong in each quarter" if worst else "cannot be simulated"
     figure.suptitle(f"{name}: {said}")
     save_figure(figure, path, dpi=110)
