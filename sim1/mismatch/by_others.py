@@ -19,9 +19,8 @@ class ByOthers:
 
     terms: tuple[str, ...]
     recording: str
-    against: (
-        float | None
-    )  # nats by which it is less likely with the model than with the baseline; None: it could not be asked
+    # Nats by which it is less likely with the model than with the baseline; None: it could not be asked.
+    against: float | None
     speaks: bool  # for the model, by more than chance has it
     unasked: str = ""  # why it could not be asked
 

@@ -15,10 +15,8 @@ import matplotlib.pyplot as plt
 from sim1.picture_file import save_figure
 
 COLORS = {"baseline": "tab:red", "augmented": "tab:blue"}
-PANEL_IN, AROUND_IN = (
-    2.7,
-    1.5,
-)  # inches: how wide one of four moments is drawn, and what titles and legend take above and below
+PANEL_IN = 2.7  # inches, how wide one of four moments is drawn
+AROUND_IN = 1.5  # above and below it, for titles and legend
 FLAT = 0.15  # height over width of what markers pass through, below which it is seen from above
 
 
@@ -85,7 +83,7 @@ def draw_key_frames(path: Path, bundle: Bundle, found: Diagnosis) -> None:
     flat = high[2] - low[2] < FLAT * (high - low)[:2].max()
     across, up = (0, 1) if flat else (side, 2)
     wide, tall = (high - low)[[across, up]]
-    height = AROUND_IN + np.clip(PANEL_IN * tall / wide, 0.8, 5.0) if wide > 0.0 else 2 * PANEL_IN
+    height = AROUND_IN + np.clip(PANEL_IN * tall / max(wide, 1e-6), 0.8, 5.0)
     figure, axes = plt.subplots(1, 4, figsize=(12, height), sharex=True, sharey=True, layout="constrained")
     for axis, frame in zip(axes, frames, strict=True):
         seen = 1e3 * recording.markers_m[frame][:, [across, up]]
