@@ -18,10 +18,11 @@ app = typer.Typer(add_completion=False, no_args_is_help=True, help=__doc__)
 @app.command("at-truth")
 def compare_at_truth(
     cases: Annotated[list[Path], typer.Argument(help=CASES)],
+    steps_per_s: Annotated[float, typer.Option(min=30, help="of every simulation; predictions have 240")] = 240,
 ) -> None:
-    """Print what is left of the recordings at the true parameters: free runs and pulled ones, two meshes."""
+    """Print what is left of the recordings at the true parameters: free runs and pulled ones, three meshes."""
     for folder in cases:
-        typer.echo(at_truth(folder) + "\n")
+        typer.echo(at_truth(folder, 1 / steps_per_s) + "\n")
 
 
 @app.command("cost")

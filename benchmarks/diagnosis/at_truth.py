@@ -26,23 +26,30 @@ KINDS = {
 CHANGES = {"refining changes": ("as given", "refined"), "once more": ("refined", "refined twice")}
 
 
-def at_truth(folder: Path) -> str:
+def at_truth(folder: Path, step_s: float = FINE_STEP_S) -> str:
     """A Markdown table: rms of measured less simulated [mm], means of 40 ms, by recording and kind of simulation, and of what refining changes.
 
     Places of grips that the bundle does not give are estimated from the markers at rest, not true.
+
+    Args:
+        folder: a laboratory's case.
+        step_s: of every simulation.
+
+    Raises:
+        BadInput: bundle or answers are missing or damaged.
     """
     bundle = read_bundle(bundle_of(folder))
     world = _true_world(bundle, answers_of(folder))
     observed = [observe(recording) for recording in bundle.recordings]
     noise = block_noise_m(observed, list(bundle.recordings)) or float("nan")
     lines = [
-        f"{folder.name}, noise {1e3 * noise:.2f} mm",
+        f"{folder.name}, noise {1e3 * noise:.2f} mm, steps of 1/{1 / step_s:.0f} s",
         "",
         f"| recording | {' | '.join((*KINDS, *CHANGES))} |",
         "| --- " * (1 + len(KINDS) + len(CHANGES)) + "|",
     ]
     for recording, one in zip(bundle.recordings, observed, strict=True):
-        runs = {label: _blocks(bundle, recording, one, world, *kind) for label, kind in KINDS.items()}
+        runs = {label: _blocks(bundle, recording, one, world, step_s, *kind) for label, kind in KINDS.items()}
         row = [_apart(run, one.measured_m) for run in runs.values()]
         row += [_apart(runs[coarse], runs[fine]) for coarse, fine in CHANGES.values()]
         lines.append(f"| {recording.name} | {' | '.join(row)} |")
@@ -59,12 +66,12 @@ def _true_world(bundle: Bundle, answers: Answers) -> World:
 
 
 def _blocks(
-    bundle: Bundle, recording: Recording, one: Observed, world: World, finer: int, hz: float
+    bundle: Bundle, recording: Recording, one: Observed, world: World, step_s: float, finer: int, hz: float
 ) -> np.ndarray | None:
     """Means (K,) of the simulated markers; None where no simulation follows."""
     pull = Pull(hz=hz, goals=Goals.of(recording.time_s, recording.markers_m)) if hz else None
     try:
-        run = simulate(prepare(bundle, recording, FINE_STEP_S, finer), [world], pull=pull)
+        run = simulate(prepare(bundle, recording, step_s, finer), [world], pull=pull)
     except NotConverged:
         return None
     return one.reduce(run.markers_m[0])
