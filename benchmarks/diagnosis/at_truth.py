@@ -12,8 +12,8 @@ from sim1.cloth.precise.simulate import NotConverged, simulate
 from sim1.cloth.precise.world import World
 from sim1.mismatch.compare import Observed, block_noise_m, observe
 from sim1.mismatch.engine import FINE_STEP_S, FOLLOW_HZ
-from sim1.mismatch.search import baseline
 from sim1.proof.answers import Answers
+from sim1.proof.oracle import as_told, concealed
 from sim1.recording.bundle import Bundle, Recording, read_bundle
 
 KINDS = {
@@ -29,7 +29,8 @@ CHANGES = {"refining changes": ("as given", "refined"), "once more": ("refined",
 def at_truth(folder: Path, step_s: float = FINE_STEP_S) -> str:
     """A Markdown table: rms of measured less simulated [mm], means of 40 ms, by recording and kind of simulation, and of what refining changes.
 
-    Places of grips that the bundle does not give are estimated from the markers at rest, not true.
+    Places of grips that the bundle does not give are estimated from the markers at rest, not true. Effects outside of the table are not
+    simulated, as there is no formula for them; a line says so.
 
     Args:
         folder: a laboratory's case.
@@ -39,11 +40,14 @@ def at_truth(folder: Path, step_s: float = FINE_STEP_S) -> str:
         BadInput: bundle or answers are missing or damaged.
     """
     bundle = read_bundle(bundle_of(folder))
-    world = _true_world(bundle, answers_of(folder))
+    answers = answers_of(folder)
+    world = _true_world(bundle, answers)
+    unknown = [effect.name for effect in answers.effects if effect.name not in EFFECTS]
     observed = [observe(recording) for recording in bundle.recordings]
     noise = block_noise_m(observed, list(bundle.recordings)) or float("nan")
     lines = [
         f"{folder.name}, noise {1e3 * noise:.2f} mm, steps of 1/{1 / step_s:.0f} s",
+        *([f"not simulated, as it is outside of the table: {', '.join(unknown)}"] if unknown else []),
         "",
         f"| recording | {' | '.join((*KINDS, *CHANGES))} |",
         "| --- " * (1 + len(KINDS) + len(CHANGES)) + "|",
@@ -57,12 +61,9 @@ def at_truth(folder: Path, step_s: float = FINE_STEP_S) -> str:
 
 
 def _true_world(bundle: Bundle, answers: Answers) -> World:
-    unknowns, true = baseline(bundle), answers.baseline
-    world = unknowns.world(np.array([c.z(true[c.name]) if c.name in true else 0.0 for c in unknowns.nominal]))
-    for effect in answers.effects:
-        if effect.name in EFFECTS:
-            world = EFFECTS[effect.name](**effect.parameters).act(world)
-    return world
+    effects = {name: values for name, values in concealed(answers).items() if name in EFFECTS}
+    model, z = as_told(bundle, effects, answers.baseline)
+    return model.world(z)
 
 
 def _blocks(

@@ -4,6 +4,7 @@ import os
 import time
 from pathlib import Path
 
+from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.diagnose import diagnose
 from sim1.recording.bundle import read_bundle
 
@@ -20,7 +21,13 @@ def cost(bundles: list[Path]) -> str:
         bundle = read_bundle(folder)
         recorded_s = sum(float(one.time_s[-1] - one.time_s[0]) for one in bundle.recordings)
         began = time.monotonic()
-        found = diagnose(bundle)
+        try:
+            found = diagnose(bundle)
+        except NotConverged:
+            lines.append(
+                f"| {folder.name} | {len(bundle.mesh.vertices_m)} | {len(bundle.recordings)} | {recorded_s:.0f} | no simulation of the baseline | {time.monotonic() - began:.0f} | | |"
+            )
+            continue
         taken_s = time.monotonic() - began
         named = " + ".join(found.chosen.terms)
         lines.append(

@@ -142,6 +142,11 @@ def _diagnosed(campaign: Campaign, case: str) -> Record:
         begin(files, case, before)
     for earlier in files.findings(case):  # of a diagnosis that was killed
         shutil.rmtree(earlier, ignore_errors=True)
+    for besides in (
+        files.oracle(case),
+        files.baselines(case),
+    ):  # held against another diagnosis, and maybe another recording
+        besides.unlink(missing_ok=True)
     scratch.mkdir(
         parents=True
     )  # of this process: one that was killed may have left a diagnosis that still runs and writes

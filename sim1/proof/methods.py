@@ -59,9 +59,10 @@ def methods_of(outcomes: Sequence[Outcome]) -> tuple[Method, ...]:
 
 
 def commonest(outcomes: Sequence[Outcome]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The commonest right answer, and the commonest effect of the table; of several, the first by alphabet."""
-    answers = Counter((WITHOUT[o.kind],) if o.kind in WITHOUT else tuple(sorted(o.concealed)) for o in outcomes)
-    names = Counter((effect,) for o in outcomes if o.kind not in WITHOUT for effect in o.concealed)
+    """The commonest right answer, and the commonest effect of the table, of cases that count; of several, the first by alphabet."""
+    counted = [one for one in outcomes if not one.weak]
+    answers = Counter((WITHOUT[o.kind],) if o.kind in WITHOUT else tuple(sorted(o.concealed)) for o in counted)
+    names = Counter((effect,) for o in counted if o.kind not in WITHOUT for effect in o.concealed)
     return _most(answers), _most(names)
 
 

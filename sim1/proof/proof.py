@@ -126,7 +126,10 @@ def _carried(files: Files, drawn: Drawn, case: str) -> Outcome | NotScored:
     elif (differs := _other_verdict(files, stored)) is not None:
         why = differs
     else:
-        return stored.model_copy(update=asked_besides(files, case))
+        try:
+            return stored.model_copy(update=asked_besides(files, case))
+        except BadInput as damage:
+            return NotScored(case=case, why=str(damage))
     return NotScored(
         case=case, why=f"{path}: {why}; bring the outcome and the commitments of the machine that scored it"
     )
@@ -168,7 +171,7 @@ def proof_of(files: Files, drawn: Drawn, records: Sequence[Record], judged: Sequ
     known = null_seeds()
     carried = tuple(one.case for one in outcomes if files.carried(one.case))
     again = made_again(commitments)
-    codes = {one.code_sha256 for one in outcomes} | {c.code_sha256 for c in commitments}
+    codes = {one.code_sha256 for one in outcomes} | {line.code_sha256 for line in lines}
     return Proof(
         drawn=len(drawn.cases),
         chosen=drawn.seed is None,

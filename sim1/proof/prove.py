@@ -3,7 +3,7 @@
 import time
 from contextlib import closing
 
-from sim1.proof.campaign import Campaign, run_campaign
+from sim1.proof.campaign import Campaign, read_record, run_campaign
 from sim1.proof.files import Record
 from sim1.proof.outcome import Outcome
 from sim1.proof.proof import NotScored, Proof, judge, keep
@@ -20,13 +20,13 @@ def prove(campaign: Campaign, *, only_films: bool = False) -> Proof:
     records: list[Record] = []
     judged: list[Outcome | NotScored] = []
     began, new = time.monotonic(), 0
-    before = {case for case in campaign.cases() if files.record(case).is_file()}
+    before = {case for case in campaign.cases() if (one := read_record(files, case)) and one.step == "diagnose"}
     with closing(run_campaign(campaign, only_films=only_films)) as ended:
         for record in ended:
             records.append(record)
             judged.append(judge(files, drawn, record))
             keep(files, record, judged[-1])
-            if record.case in before and record.step == "diagnose":
+            if record.case in before:
                 continue
             write_proof(files, drawn, records, judged)
             new += 1

@@ -70,7 +70,9 @@ class Totals(Strict):
     )  # median of how far off, over how far the truth departs from nothing, the largest of the effect in the same unit
     fabric_intervals: Share
     fabric_error: float | None
-    place_auc: float | None  # median, where force is local
+    place_auc: (
+        float | None
+    )  # median, where force is local, weak single effects aside: of what does not show springs tell no place
     gap_closed: float | None  # median share of the oracle's gain held out; None: of no case known
     gaps: int  # cases, weak single effects aside, in which there was one to close
     heldout_worse: tuple[str, ...]  # cases, whatever was concealed, in which that error rose by more than `WORSE`, or:
@@ -121,7 +123,7 @@ def totals_of(outcomes: Sequence[Outcome]) -> Totals:
     finds = [o.found for o in outcomes if o.found]
     effects = [[n for part in one.effects.values() for n in part.values() if n.true is not None] for one in finds]
     fabric = [list(one.fabric.values()) for one in finds]
-    places = [o.found.place_auc for o in outcomes if o.found and o.found.place_auc is not None]
+    places = [o.found.place_auc for o in outcomes if o.found and o.found.place_auc is not None and not o.weak]
     gaps = [one.gap_closed for one in outcomes if one.gap_closed is not None and not one.weak]
     unseen = [(o.unseen_mm[0], or_infinite(o.unseen_mm[1])) for o in (*singles, *several) if _known(o.unseen_mm)]
     unseen_gaps = [one.unseen_gap_closed for one in outcomes if one.unseen_gap_closed is not None and not one.weak]

@@ -10,11 +10,11 @@ from benchmarks.diagnosis.ablation import COLUMNS, ablation
 from sim1.stage import BadInput
 
 
-def folder(tmp_path, name, *effects):
+def folder(tmp_path, name, *effects, strength="medium"):
     path = tmp_path / name
     (path / "bundle").mkdir(parents=True)
     listed = [{"name": effect, "parameters": {}, "named_by_format": effect != "magnet"} for effect in effects]
-    case = {"effects": list(effects), "strength": "medium", "seed": 1}
+    case = {"effects": list(effects), "strength": strength, "seed": 1}
     answers = {"case": case, "effects": listed, "baseline": {}, "places_given": True}
     (path / "answers.json").write_text(json.dumps(answers))
     return path
@@ -57,6 +57,16 @@ def test_right_answers_are_counted_by_variant_and_kind_and_no_case_is_asked_twic
         "| right, all | 4 of 4 | 4 of 4 | 4 of 4 | 1 of 4 | 4 of 4 | 4 of 4 |",
         "| seconds, median | 30 | 30 | 30 | 3 | 30 | 30 |",
     ]
+
+
+def test_silence_about_a_weak_effect_is_no_wrong_answer(tmp_path, monkeypatch):
+    monkeypatch.setattr(asked_about, "read_bundle", lambda path: path.parent.name)
+    monkeypatch.setattr(of, "with_parts_left_out", lambda name: dict.fromkeys(COLUMNS, ("none", (), 10.0)))
+    folders = [folder(tmp_path, "drag", "air_drag", strength="weak"), folder(tmp_path, "nothing")]
+    table = ablation(folders, tmp_path / "out", lambda line: None)
+    assert "| air_drag | none (weak, not counted) |" in table
+    assert "right, one effect" not in table
+    assert "| right, all | 1 of 1 |" in table
 
 
 def test_a_kind_that_no_case_is_of_has_no_line(tmp_path, monkeypatch):

@@ -49,6 +49,11 @@ def test_each_method_is_held_to_the_same_answers_and_counts_only_where_it_was_as
     assert (diagnosis.seconds, sindy.seconds) == (100.0, 10.0)
 
 
+def test_what_is_commonest_is_told_by_the_cases_that_count():
+    weak = [outcome(f"case_01{n}", "single", ["air_drag"], "none", strength="weak") for n in range(4)]
+    assert commonest([*CASES, *weak]) == commonest(CASES)
+
+
 def test_errors_held_out_are_told_in_units_of_parameters_alone_where_the_table_has_a_name():
     table = rows(CASES)
     assert (table["parameters alone"].heldout, table["parameters alone"].heldout_cases) == (1.0, 3)

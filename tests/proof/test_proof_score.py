@@ -222,6 +222,11 @@ def test_single_effects_are_told_by_strength_and_weak_ones_stand_in_no_headline(
     assert totals_of([]).by_strength["strong"].named.of == 0
 
 
+def test_where_a_weak_effect_acts_is_no_figure_of_place():
+    nowhere = [one.model_copy(update={"found": one.found.model_copy(update={"place_auc": 0.5})}) for one in WEAK[:3]]
+    assert totals_of([*CASES, *nowhere]).place_auc == totals_of(CASES).place_auc == pytest.approx(0.95)
+
+
 def test_of_a_weak_effect_silence_is_no_fault_and_a_wrong_name_is():
     assert [one.wrong for one in WEAK] == [False, False, False, False, True, True, False]
     assert [one.right for one in WEAK] == [False, False, False, True, False, False, True]
