@@ -109,7 +109,7 @@ def _those_found(engine: Engine, tasks: list[Task], lost: dict[str, str]) -> dic
 
 def _raw_noise(engine: Engine, recording: Recording) -> float:
     rate = 1.0 / float(np.median(np.diff(recording.time_s)))
-    return engine.noise_m * float(np.sqrt(max(1.0, 0.04 * rate)))
+    return engine.observed(recording.name).noise_m * float(np.sqrt(max(1.0, 0.04 * rate)))
 
 
 def _floor_n(recording: Recording, noise_m: float, kg: float, hz: float, seed: int) -> float:

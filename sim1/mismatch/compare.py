@@ -103,26 +103,35 @@ def observe(recording: Recording) -> Observed:
     )
 
 
-def block_frames(observed: list[Observed]) -> float:
-    """Frames in a block of the recording with the slowest camera."""
-    return min(float(np.median(np.diff(one.starts))) for one in observed)
+def block_frames(one: Observed) -> float:
+    """Frames in a block."""
+    return float(np.median(np.diff(one.starts)))
 
 
-def noise_of_blocks_m(bundle: Bundle, observed: list[Observed]) -> float:
-    """Standard deviation of blocks' means [m], which fits work with: measured at rest, else from what the bundle states of a frame.
+def noise_of_blocks_m(bundle: Bundle, observed: list[Observed]) -> list[float]:
+    """Standard deviation of blocks' means [m] of each recording, which fits work with: measured at rest, else from what the bundle states of a frame.
+
+    Recordings with as many frames in a block share it. Where none of them rests, it is told from those that have the nearest number of
+    frames and do, as if noise were white.
 
     Raises:
         BadInput: nothing that rests shows it, and the bundle states none.
     """
-    measured = block_noise_m(observed, list(bundle.recordings))
-    if measured:
-        return measured
-    if bundle.noise_std_m is None:
-        raise BadInput(
-            f"{bundle.folder / 'bundle.yaml'}: markers.noise_std_m is null and no recording that rests for 0.2 s or more shows "
-            "it; state the markers' noise in m, or let the cloth rest before it moves"
-        )
-    return bundle.noise_std_m / float(np.sqrt(block_frames(observed)))
+    frames = [block_frames(one) for one in observed]
+    measured = dict[float, float]()
+    for count in sorted(set(frames)):
+        alike = [(one, r) for one, r, own in zip(observed, bundle.recordings, frames, strict=True) if own == count]
+        if found := block_noise_m([one for one, _ in alike], [recording for _, recording in alike]):
+            measured[count] = found
+    if not measured:
+        if bundle.noise_std_m is None:
+            raise BadInput(
+                f"{bundle.folder / 'bundle.yaml'}: markers.noise_std_m is null and no recording that rests for 0.2 s or more shows "
+                "it; state the markers' noise in m, or let the cloth rest before it moves"
+            )
+        measured[1.0] = bundle.noise_std_m
+    nearest = [min(measured, key=lambda count: abs(np.log(count / own))) for own in frames]
+    return [measured[near] * float(np.sqrt(near / own)) for near, own in zip(nearest, frames, strict=True)]
 
 
 def block_noise_m(observed: list[Observed], recordings: list[Recording]) -> float | None:

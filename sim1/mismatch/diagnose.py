@@ -118,7 +118,7 @@ def _diagnose(
     if decision.chosen.terms:
         foretold["augmented"] = foretold_by(engine, decision.chosen, fitted).and_of(told[decision.chosen.terms])
     verdict = as_far_as_tried(decision.verdict, stopped, found.lost, thresholds)
-    noise = frame_noise(bundle, engine.noise_m, engine.block_frames)
+    noise = frame_noise(bundle, [engine.observed(name) for name in engine.names])
     progress(0.93, "locating")
     located = locate_forces(engine, decision.chosen.fit, engine.names)
     without_m = _without_each(bundle, decision.chosen.terms, told, heldout)

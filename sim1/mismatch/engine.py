@@ -13,7 +13,6 @@ from sim1.cloth.precise.simulate import NotConverged
 from sim1.cloth.precise.world import World
 from sim1.mismatch.compare import (
     Observed,
-    block_frames,
     mesh_error,
     noise_of_blocks_m,
     observe,
@@ -66,16 +65,15 @@ class Engine:
         self.bundle, self.follow_hz, self.patience = bundle, follow_hz, patience or Patience()
         self.workers = Workers(bundle, processes)
         observed = [observe(recording) for recording in bundle.recordings]
-        self.block_frames = block_frames(observed)
-        self.noise_m = noise = noise_of_blocks_m(bundle, observed)
+        noise = noise_of_blocks_m(bundle, observed)
         self.creep_m = creep = creep_m(bundle) or 0.0
         self.finer = self.finest = mesh_for(bundle)  # how often the given mesh is refined
         self.stages = {
             recording.name: _Stage(
                 scene=prepare(bundle, recording, STEP_S, self.finer),
-                observed=replace(one, noise_m=noise, creep_m=creep),
+                observed=replace(one, noise_m=own, creep_m=creep),
             )
-            for recording, one in zip(bundle.recordings, observed, strict=True)
+            for recording, one, own in zip(bundle.recordings, observed, noise, strict=True)
         }
         self.area_m2 = float(next(iter(self.stages.values())).scene.sheet.face_area_m2.sum())
         self.simulating_s = 0.0

@@ -35,7 +35,7 @@ def held_out(bundle: Bundle, but: str | None = None) -> str:
 def _grips_are_learnt(bundle: Bundle, name: str) -> bool:
     """Whether how the cloth sits in a recording's grips was measured, or shows in others."""
     held = held_places(bundle)
-    keys = {r.name: {held.key(r.name, hold) for hold in r.holds} for r in bundle.recordings}
+    keys = {r.name: {held.key(r, hold) for hold in r.holds} for r in bundle.recordings}
     others = set().union(*(keys[other] for other in keys if other != name))
     return keys[name] <= others | held.measured
 

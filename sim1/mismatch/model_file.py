@@ -9,15 +9,18 @@ from scipy.spatial.transform import Rotation
 from sim1.cloth.effects import Effect, effects_of
 from sim1.cloth.effects.coefficient import Coefficient
 from sim1.cloth.physics import MESH, PRIOR_FRICTION, ClothPhysics, Friction, Property
-from sim1.cloth.precise.held_places import Key, held_places
+from sim1.cloth.precise.held_places import REGRIPPED_M, Key, held_places, resting_places, short_of
 from sim1.cloth.precise.start import table_z
 from sim1.cloth.precise.world import World
 from sim1.mismatch.engine import mesh_for
 from sim1.mismatch.fit import Fit
+from sim1.mismatch.search import PLACE_STD_M
 from sim1.mismatch.uncertainty import covariance, deviations
 from sim1.recording.bundle import Bundle
 
 SAMPLES = 400  # of the posterior, for intervals of what is computed from coefficients
+# From where a fit found the cloth in a grip, which is within three deviations of where markers at rest say that it is.
+TAKEN_ANEW_M = REGRIPPED_M + 3 * PLACE_STD_M
 FABRIC = ("area_density_kg_m2", "thickness_m", "stretch_n_m", "poisson", "bending_n_m", "damping_s")
 
 
@@ -106,19 +109,27 @@ def world_of(physics: ClothPhysics, bundle: Bundle) -> World:
 def known_places(physics: ClothPhysics) -> dict[Key, np.ndarray]:
     """Places (h, 3) m that a model file holds."""
     return {
-        (grip["drive"], tuple(grip["vertices"]), grip.get("recording", "")): np.array(grip["places_m"])
+        (grip["drive"], tuple(grip["vertices"]), grip.get("recording", ""), 0): np.array(grip["places_m"])
         for grip in physics.grips
     }
 
 
 def with_grips(bundle: Bundle, physics: ClothPhysics) -> Bundle:
-    """The bundle with the places that the model file knows, where the bundle knows none."""
-    known, recordings = known_places(physics), []
+    """The bundle with the places that the model file knows, where the bundle knows none and its resting markers do not say that the
+    cloth was taken up anew.
+
+    Raises:
+        BadInput: too few markers are seen at rest in a grip that nobody measured.
+    """
+    known, resting, recordings = known_places(physics), resting_places(bundle), []
     for recording in bundle.recordings:
         holds = []
         for hold in recording.holds:
-            key = hold.drive, tuple(int(v) for v in hold.vertices)
-            found = known.get((*key, recording.name), known.get((*key, "")))
+            short = short_of(hold)
+            found = known.get((*short, recording.name, 0), known.get((*short, "", 0)))
+            seen = resting.get(short, {}).get(recording.name)
+            if found is not None and seen is not None and np.linalg.norm((seen - found).mean(0)) > TAKEN_ANEW_M:
+                found = None
             holds.append(replace(hold, places_m=found if hold.places_m is None else hold.places_m))
         recordings.append(replace(recording, holds=tuple(holds)))
     return replace(bundle, recordings=tuple(recordings))

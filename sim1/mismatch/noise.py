@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sim1.mismatch.compare import Observed, block_frames
 from sim1.recording.bundle import Bundle
 from sim1.recording.marker_noise import resting_noise_m
 
@@ -22,8 +23,8 @@ class FrameNoise:
     remark: str | None  # where it is not simply what was measured
 
 
-def frame_noise(bundle: Bundle, block_noise_m: float, block_frames: float) -> FrameNoise:
-    """What was measured at rest, else what the bundle states, else what the noise of means over `block_frames` frames says if it is white."""
+def frame_noise(bundle: Bundle, observed: list[Observed]) -> FrameNoise:
+    """What was measured at rest, else what the bundle states, else what the noise of means says if it is white, those of the fewest frames."""
     measured, stated = resting_noise_m(bundle), bundle.noise_std_m
     if measured and stated and not 1 / CONTRADICTS < measured / stated < CONTRADICTS:
         return FrameNoise(
@@ -38,7 +39,8 @@ def frame_noise(bundle: Bundle, block_noise_m: float, block_frames: float) -> Fr
             std_m=stated,
             remark="no recording rests long enough to measure the markers' noise in a frame: it is what bundle.yaml states",
         )
+    slowest = min(observed, key=block_frames)
     return FrameNoise(
-        std_m=block_noise_m * float(np.sqrt(block_frames)),
+        std_m=slowest.noise_m * float(np.sqrt(block_frames(slowest))),
         remark="no recording rests long enough to measure the markers' noise in a frame: it is told from means of 40 ms as if it were white",
     )

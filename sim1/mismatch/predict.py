@@ -13,6 +13,7 @@ from sim1.mismatch.destination import writable_file, write_whole
 from sim1.mismatch.engine import FINE_STEP_S, mesh_for
 from sim1.mismatch.model_file import with_grips, world_of
 from sim1.recording.bundle import Bundle, read_bundle
+from sim1.stage import BadInput
 
 RATE_HZ = 60.0
 
@@ -24,7 +25,7 @@ def predict(
 
     Raises:
         NotConverged: a recording that cannot be simulated.
-        BadInput: a recording whose held places nobody knows.
+        BadInput: a recording whose held places nobody knows, or that ends before 0 s.
     """
     bundle = with_grips(bundle, physics)
     world, tables = world_of(physics, bundle), []
@@ -32,6 +33,11 @@ def predict(
     for number, recording in enumerate(bundle.recordings):
         progress(number / len(bundle.recordings), recording.name)
         ends = max(float(track.time_s[-1]) for track in recording.drives.values())
+        if ends < 0.0:
+            raise BadInput(
+                f"{bundle.folder / 'recordings' / recording.name / 'drives.parquet'}: ends at {ends:g} s, and motion is foretold from 0 s on: "
+                "add one and the same time to both streams, and to from_s and to_s of the holds"
+            )
         time = np.arange(int(np.floor(ends * RATE_HZ + 1e-6)) + 1) / RATE_HZ
         markers = simulate(prepare(bundle, recording, FINE_STEP_S, refined, time), [world]).markers_m[0]
         flat = markers.reshape(-1, 3)

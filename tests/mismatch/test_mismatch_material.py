@@ -60,3 +60,13 @@ def test_a_square_sheet_counts_its_vertices_row_by_row():
     np.testing.assert_allclose(sheet.material_m[2 * 4 + 1], [0.1, 0.2])
     assert sheet.face_area_m2.sum() == pytest.approx(0.09)
     assert len(sheet.faces) == 18
+
+
+def test_without_material_coordinates_warp_and_weft_are_the_axes_of_the_mesh_itself(bundle):
+    """Whatever is found at a place of the cloth, or along its threads, is told in a frame that its owner knows."""
+    plain = with_mesh(bundle, material_m=None)
+    np.testing.assert_allclose(sheet_of(plain).material_m, bundle.mesh.vertices_m[:, :2], atol=1e-12)
+    hanging = bundle.mesh.vertices_m[:, [0, 2, 1]] * [1.0, 1.0, -1.0] + [0.1, 0.4, 0.0]  # in x and z, seen from behind
+    material = sheet_of(with_mesh(bundle, material_m=None, vertices_m=hanging)).material_m
+    np.testing.assert_allclose(material[:, 0], hanging[:, 0], atol=1e-12)
+    np.testing.assert_allclose(np.abs(np.diff(material[:, 1])), np.abs(np.diff(hanging[:, 2])), atol=1e-12)

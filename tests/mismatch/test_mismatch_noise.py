@@ -26,7 +26,39 @@ def shaken(stated_m=None, starts="rest", seed=0):
 
 def told(bundle):
     with Engine(bundle, processes=1) as engine:
-        return engine.noise_m, frame_noise(bundle, engine.noise_m, engine.block_frames)
+        observed = [engine.observed(name) for name in engine.names]
+        assert len({one.noise_m for one in observed}) == 1
+        return observed[0].noise_m, frame_noise(bundle, observed)
+
+
+def at(recording, rate_hz, seed, starts="rest"):
+    """The recording filmed so often, the sheet still."""
+    time = np.arange(0.0, recording.time_s[-1], 1 / rate_hz)
+    still = np.repeat(recording.markers_m[:1], len(time), axis=0)
+    noise = NOISE_M * np.random.default_rng(seed).standard_normal(still.shape)
+    return replace(recording, starts=starts, time_s=time, markers_m=still + noise)
+
+
+def noises(bundle):
+    with Engine(bundle, processes=1) as engine:
+        return [engine.observed(name).noise_m for name in engine.names]
+
+
+def test_each_recording_has_the_noise_of_means_over_its_own_frames():
+    bundle = empty_bundle(motions=3)
+    filmed = [
+        at(one, rate, k) for k, (one, rate) in enumerate(zip(bundle.recordings, (50.0, 200.0, 200.0), strict=True))
+    ]
+    slow, fast, other = noises(replace(bundle, recordings=tuple(filmed)))
+    assert fast == other == pytest.approx(NOISE_M / np.sqrt(8), rel=0.1)
+    assert slow == pytest.approx(NOISE_M / np.sqrt(2), rel=0.1)
+
+
+def test_a_recording_that_does_not_rest_has_the_noise_of_others_by_its_own_frames():
+    bundle = empty_bundle(motions=2)
+    resting, moving = at(bundle.recordings[0], 200.0, 0), at(bundle.recordings[1], 50.0, 1, starts="moving")
+    fast, slow = noises(replace(bundle, recordings=(resting, moving)))
+    assert slow == pytest.approx(2 * fast)
 
 
 def test_noise_is_told_by_frame_and_fits_use_that_of_means():

@@ -79,7 +79,7 @@ def test_what_is_called_usable_is_made_ready_for_simulations(tmp_path):
     write_bundle(tmp_path / "b", noisy(measured=False))
     assert said_by("recordings", "check", tmp_path / "b")[0] == 0
     with Engine(read_bundle(tmp_path / "b"), processes=1) as engine:
-        assert engine.noise_m == pytest.approx(3e-4 / np.sqrt(2))
+        assert engine.observed(engine.names[0]).noise_m == pytest.approx(3e-4 / np.sqrt(2))
 
 
 def test_a_mesh_is_called_by_the_name_that_it_has_in_the_bundle(tmp_path):

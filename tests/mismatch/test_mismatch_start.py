@@ -84,6 +84,20 @@ def test_shape_and_velocity_of_a_start_in_motion_come_from_the_first_frames(bund
     np.testing.assert_allclose(scene.start[:, 1], 0.0, atol=1e-6)
 
 
+def test_where_drives_begin_after_the_markers_the_start_is_that_of_the_first_sample(bundle):
+    recording = bundle.recordings[0]
+    time, velocity = np.arange(0.0, 1.0, 1 / 60), np.array([0.3, -0.1, 0.2])
+    markers = recording.markers_m[0] + velocity * time[:, None, None]
+    drives = {name: replace(one, time_s=one.time_s + 0.25) for name, one in recording.drives.items()}
+    late = replace(recording, starts="moving", time_s=time, markers_m=markers, drives=drives)
+    scene, whole = prepare(bundle, late, 1 / 60), prepare(bundle, replace(late, drives=recording.drives), 1 / 60)
+    assert scene.time_s[0] == pytest.approx(0.25)
+    np.testing.assert_allclose(
+        scene.start - whole.start, np.broadcast_to(0.25 * velocity, scene.start.shape), atol=1e-6
+    )
+    np.testing.assert_allclose(scene.start_velocity, np.broadcast_to(velocity, scene.start.shape), atol=1e-6)
+
+
 def level_scene():
     """A sheet held out level by its edge, and still; and its world."""
     bundle = empty_bundle(duration_s=0.6, motions=1)

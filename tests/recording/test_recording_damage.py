@@ -67,6 +67,13 @@ def read_or_refused_by_name(folder: Path) -> bool:
     return True
 
 
+def test_names_may_be_written_once_each(folder):
+    """As pandas and polars write columns of a few names."""
+    table = pd.read_parquet(folder / DRIVES)
+    table.astype({"drive": "category"}).to_parquet(folder / DRIVES)
+    assert set(read_bundle(folder).recordings[0].drives) == set(table["drive"])
+
+
 @often
 @given(data=st.data(), file=st.sampled_from(list(NUMBERS)))
 def test_no_absurd_number_gets_through(folder, data, file):

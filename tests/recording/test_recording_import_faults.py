@@ -229,6 +229,17 @@ def test_force_does_not_replace_what_is_not_a_bundle(tmp_path, gappy):
     assert (folder / "bundle/diary.txt").read_text() == "mine"
 
 
+def test_a_place_that_cannot_be_written_to_is_named(tmp_path, gappy):
+    folder = lab_folder(tmp_path / "lab", gappy)
+    write_npz(folder / "swing_a.npz", gappy)
+    (tmp_path / "notes.txt").write_text("mine")
+    words = ["import", "npz", str(folder / "swing_a.npz"), "--out", str(tmp_path / "notes.txt/bundle")]
+    result = CliRunner().invoke(command, words)
+    assert result.exit_code == 2, result.output
+    assert "notes.txt: cannot be written to" in result.output
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
 def test_the_command_imports_and_says_what_it_left_out(tmp_path, gappy):
     folder = lab_folder(tmp_path / "lab", gappy)
     write_motive(folder / "swing_a.csv", gappy)

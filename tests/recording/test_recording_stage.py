@@ -4,6 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from swinging import board_bundle, swing
 from test_recording_bundle import small_bundle
 
 from sim1.cloth.effects import EFFECTS, acted_effects, acts, effects_of
@@ -60,6 +61,15 @@ def test_a_given_bundle_is_checked_and_copied(garment, tmp_path):
     assert len(read_bundle(tmp_path / "out/artifact/bundle").recordings) == 2
     assert json.loads((tmp_path / "out/artifact/origin.json").read_text())["virtual"] is False
     assert all(finding.passed for finding in check_recordings(tmp_path / "out/artifact"))
+
+
+def test_recordings_in_which_a_drive_only_turns_move(tmp_path):
+    turned, still = swing("turned", shift_m=0.0, turn_rad=0.2), swing("still", shift_m=0.0)
+    for name, other, passes in (("a", swing("b"), True), ("b", still, False)):
+        write_bundle(tmp_path / name / "bundle", board_bundle(turned, other))
+        found = {finding.name: finding for finding in check_recordings(tmp_path / name)}
+        assert found["drives_move"].passed is passes
+    assert found["drives_move"].detail.startswith("in ['still'] no drive moves")
 
 
 def test_a_damaged_bundle_stops_the_stage(garment, tmp_path):

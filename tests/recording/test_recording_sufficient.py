@@ -25,3 +25,13 @@ def test_a_diagnosis_needs_two_recordings_that_move_and_markers_that_were_seen()
         recording.markers_m[:, 7] = np.nan
     with pytest.raises(BadInput, match=r"recordings: markers \[7\] are not visible"):
         require_for_diagnosis(board_bundle(*blind))
+
+
+def test_frames_that_are_empty_between_those_of_slow_cameras_are_no_recording_to_learn_from():
+    """Every other frame of 60 a second: no mean of 40 ms has more than half of its frames."""
+    slow = swing("b")
+    slow.markers_m[::2] = np.nan
+    with pytest.raises(
+        BadInput, match=r"b/markers\.parquet: of the \d+ stretches of 40 ms .* 0 % hold 3 markers .* no empty ones"
+    ):
+        require_for_diagnosis(board_bundle(swing("a"), slow))

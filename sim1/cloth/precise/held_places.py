@@ -17,7 +17,10 @@ REGRIPPED_M = (
     0.015  # by which a recording's place must differ from the mean of all before the cloth was taken up anew for it
 )
 
-type Key = tuple[str, tuple[int, ...], str]  # drive, vertices, recording if its places are its own, else empty
+type Short = tuple[str, tuple[int, ...]]  # drive, vertices
+type Key = tuple[
+    str, tuple[int, ...], str, int
+]  # with the recording if its places are its own, else empty; and which hold of these it is there
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,72 +35,87 @@ class HeldPlaces:
         """In the order of a world's `places`."""
         return sorted(self.places_m)
 
-    def key(self, recording: str, hold: Hold) -> Key:
-        """Which of them a hold has: its recording's own, or that which recordings share."""
-        own = (*_short(hold), recording)
-        return own if own in self.places_m else (*_short(hold), "")
+    def key(self, recording: Recording, hold: Hold) -> Key:
+        """Which of them a hold of a recording has: its own, or that which recordings share."""
+        short = short_of(hold)
+        before = [one for one in recording.holds if short_of(one) == short and one.from_s < hold.from_s]
+        own = (*short, recording.name, len(before))
+        return own if own in self.places_m else (*short, "", 0)
 
 
 def held_places(bundle: Bundle) -> HeldPlaces:
     """Places of each grip's vertices: as measured, else the flat patch fitted to the resting markers.
 
-    Recordings share what nobody measured, unless their resting markers show that the cloth was taken up anew.
+    Recordings share what nobody measured, unless their resting markers show that the cloth was taken up anew. Where no recording rests
+    in such a grip, but others measured it, it is taken to be about there, and calibrated.
 
     Raises:
         BadInput: places that nobody measured, and no recording starts at rest in that grip with enough markers to be seen.
     """
-    holds = [(recording, hold) for recording in bundle.recordings for hold in recording.holds]
+    holds = [
+        (recording, hold, sum(short_of(one) == short_of(hold) for one in recording.holds if one.from_s < hold.from_s))
+        for recording in bundle.recordings
+        for hold in recording.holds
+    ]
     measured = _measured(holds)
-    found = dict(measured)
-    estimates = _estimates(bundle, [one for one in holds if not _known(measured, *one)])
+    unknown = [(recording, hold) for recording, hold, _ in holds if hold.places_m is None]
+    found, estimates = dict(measured), resting_places(bundle)
     for short, parts in estimates.items():
         mean = np.mean(list(parts.values()), axis=0)
-        found[(*short, "")] = mean
+        found[(*short, "", 0)] = mean
         if max(np.linalg.norm((part - mean).mean(0)) for part in parts.values()) > REGRIPPED_M:
-            found |= {(*short, recording): part for recording, part in parts.items()}
-            if all(recording.name in parts for recording, hold in holds if _short(hold) == short):
-                del found[(*short, "")]
-    for recording, hold in holds:
-        if _short(hold) not in estimates and not _known(measured, recording, hold):
-            raise BadInput(
-                f"{bundle.folder / 'bundle.yaml'}: recording {recording.name}: places_m of drive {hold.drive!r} is null and no recording starts at rest "
-                "in this grip; measure where the cloth sits in it"
-            )
+            found |= {(*short, recording, 0): part for recording, part in parts.items()}
+            own = [number == 0 and recording.name in parts for recording, hold, number in holds if _is(hold, short)]
+            if all(own):
+                del found[(*short, "", 0)]
+    for recording, hold in unknown:
+        if short_of(hold) not in estimates:
+            known = [places for key, places in measured.items() if key[:2] == short_of(hold)]
+            if not known:
+                raise BadInput(
+                    f"{bundle.folder / 'bundle.yaml'}: recording {recording.name}: places_m of drive {hold.drive!r} is null and no recording starts at rest "
+                    "in this grip; measure where the cloth sits in it"
+                )
+            found[(*short_of(hold), "", 0)] = np.mean(known, axis=0)
     return HeldPlaces(places_m=found, measured=frozenset(measured))
 
 
-def _short(hold: Hold) -> tuple[str, tuple[int, ...]]:
+def short_of(hold: Hold) -> Short:
+    """The grip that a hold is of, whatever recording."""
     return hold.drive, tuple(int(v) for v in hold.vertices)
 
 
-def _measured(holds: list[tuple[Recording, Hold]]) -> dict[Key, np.ndarray]:
-    """Places that the lab knows: one for all recordings, or each its own where they differ."""
-    given: dict[tuple[str, tuple[int, ...]], dict[str, np.ndarray]] = {}
-    for recording, hold in holds:
+def _is(hold: Hold, short: Short) -> bool:
+    return hold.places_m is None and short_of(hold) == short
+
+
+def _measured(holds: list[tuple[Recording, Hold, int]]) -> dict[Key, np.ndarray]:
+    """Places that the lab knows: one for all recordings, or each hold its own where they differ or some are not known."""
+    given: dict[Short, dict[tuple[str, int], np.ndarray]] = {}
+    for recording, hold, number in holds:
         if hold.places_m is not None:
-            given.setdefault(_short(hold), {})[recording.name] = hold.places_m
+            given.setdefault(short_of(hold), {})[recording.name, number] = hold.places_m
     found: dict[Key, np.ndarray] = {}
     for short, parts in given.items():
         first = next(iter(parts.values()))
-        if all(np.array_equal(part, first) for part in parts.values()):
-            found[(*short, "")] = first
+        alike = all(np.array_equal(part, first) for part in parts.values())
+        if alike and not any(_is(hold, short) for _, hold, _ in holds):
+            found[(*short, "", 0)] = first
         else:
-            found |= {(*short, recording): part for recording, part in parts.items()}
+            found |= {(*short, *own): part for own, part in parts.items()}
     return found
 
 
-def _known(measured: dict[Key, np.ndarray], recording: Recording, hold: Hold) -> bool:
-    return (*_short(hold), "") in measured or (*_short(hold), recording.name) in measured
+def resting_places(bundle: Bundle) -> dict[Short, dict[str, np.ndarray]]:
+    """What resting markers say of the grips that nobody measured: by grip and recording, places (h, 3) m in the drive's frame.
 
-
-def _estimates(
-    bundle: Bundle, holds: list[tuple[Recording, Hold]]
-) -> dict[tuple[str, tuple[int, ...]], dict[str, np.ndarray]]:
-    """By grip and recording, places (h, 3) m."""
+    Raises:
+        BadInput: too few markers are seen at rest, or all on one line.
+    """
     sheet, points = sheet_of(bundle), marker_points(bundle)
-    found: dict[tuple[str, tuple[int, ...]], dict[str, np.ndarray]] = {}
-    for recording, hold in holds:
-        if recording.starts != "rest":
+    found: dict[Short, dict[str, np.ndarray]] = {}
+    for recording, hold in [(one, hold) for one in bundle.recordings for hold in one.holds]:
+        if hold.places_m is not None or recording.starts != "rest":
             continue
         if hold.from_s > rest_until_s(recording) + 0.05:  # taken up later: the resting markers do not show it
             continue
@@ -110,5 +128,5 @@ def _estimates(
                 warnings.simplefilter("ignore", UserWarning)
                 rotation, _ = Rotation.align_vectors(local - local.mean(0), flat - flat.mean(0))
             local = rotation.apply(flat - flat.mean(0)) + local.mean(0)
-        found.setdefault(_short(hold), {})[recording.name] = local
+        found.setdefault(short_of(hold), {})[recording.name] = local
     return found

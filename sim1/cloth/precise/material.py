@@ -4,6 +4,7 @@ import numpy as np
 
 from sim1.cloth.precise.mesh import Sheet, place_on
 from sim1.recording.bundle import Bundle
+from sim1.recording.mesh import RestMesh
 from sim1.stage import BadInput
 
 FLAT = 1e-3  # thickness over length of a mesh that needs no material coordinates
@@ -24,10 +25,21 @@ def sheet_of(bundle: Bundle) -> Sheet:
                 f"{bundle.mesh.path}: no material coordinates (`vt`) on a mesh that is not flat, but {size[2] / size[0]:.2g} times as thick as "
                 "it is long; write them in metres"
             )
-        material = (bundle.mesh.vertices_m - middle) @ axes[:2].T
+        material = bundle.mesh.vertices_m @ _threads(axes[2], bundle.mesh).T
     sheet = Sheet(material_m=material, faces=bundle.mesh.faces, source=str(bundle.mesh.path))
     _ = sheet.face_area_m2  # asked here, where faces are counted as in the file: later they are cut and reordered
     return sheet
+
+
+def _threads(normal: np.ndarray, mesh: RestMesh) -> np.ndarray:
+    """Directions (2, 3) of u and v in a flat mesh that says nothing of them: of its own axes the first that lies flattest in it, and across, as faces turn."""
+    a, b, c = (mesh.vertices_m[mesh.faces[:, k]] for k in range(3))
+    if np.cross(b - a, c - a).sum(0) @ normal < 0.0:
+        normal = -normal
+    axis = np.eye(3)[int(np.argmin(np.abs(normal).round(6)))]
+    u = axis - (axis @ normal) * normal
+    u /= np.linalg.norm(u)
+    return np.stack([u, np.cross(normal, u)])
 
 
 def marker_points(bundle: Bundle) -> np.ndarray:

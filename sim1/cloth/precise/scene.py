@@ -91,7 +91,7 @@ def prepare(
     held_in = held_places(bundle)
     grips = []
     for hold in recording.holds:
-        key = held_in.key(recording.name, hold)
+        key = held_in.key(recording, hold)
         vertices, local = _held(hold, held_in.places_m[key], parents)
         position, turn = drive_pose(recording.drives[hold.drive], time)
         ends = recording.drives[hold.drive].time_s[-1]

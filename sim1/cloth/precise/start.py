@@ -53,10 +53,12 @@ def resting_shape(bundle: Bundle, recording: Recording, points_m: np.ndarray, sh
 
 
 def _moving(bundle: Bundle, recording: Recording, points_m: np.ndarray, sheet: Sheet) -> tuple[np.ndarray, np.ndarray]:
-    """Shape and velocity (V, 3) at the first frame, from paths fitted to each marker's first frames."""
-    rows = recording.time_s <= recording.time_s[0] + START_S
-    rows[:FEWEST_FRAMES] = True  # of slow cameras
-    time = recording.time_s[rows] - recording.time_s[0]
+    """Shape and velocity (V, 3) at the first frame, or where drives begin after it, from paths fitted to each marker's first frames from then on."""
+    at_s = max(float(recording.time_s[0]), min(track.time_s[0] for track in recording.drives.values()))
+    first = int(np.searchsorted(recording.time_s, at_s - 1e-9))
+    rows = (recording.time_s >= at_s - 1e-9) & (recording.time_s <= at_s + START_S)
+    rows[first : first + FEWEST_FRAMES] = True  # of slow cameras
+    time = recording.time_s[rows] - at_s
     places, speeds = np.full((2, *recording.markers_m.shape[1:]), np.nan)
     for m in range(len(places)):
         seen = np.isfinite(recording.markers_m[rows, m, 0])
@@ -64,9 +66,13 @@ def _moving(bundle: Bundle, recording: Recording, points_m: np.ndarray, sheet: S
             degree = 2 if seen.sum() >= FEWEST_CURVED else 1
             fit = np.polyfit(time[seen], recording.markers_m[rows, m][seen], degree)
             places[m], speeds[m] = fit[-1], fit[-2]
-    place = f"{_path(bundle, recording)}: in {FEWEST_FRAMES} or more of the first {len(time)} frames"
+    place = f"{_path(bundle, recording)}: in {FEWEST_FRAMES} or more of the first {len(time)} frames{_from(recording, at_s)}"
     shape, velocity = (spread_over(points_m, part, sheet.material_m, place) for part in (places, speeds))
     return shape, velocity
+
+
+def _from(recording: Recording, at_s: float) -> str:
+    return "" if at_s <= recording.time_s[0] else f" from {at_s:.3f} s on, where its drives begin"
 
 
 def _path(bundle: Bundle, recording: Recording) -> Path:

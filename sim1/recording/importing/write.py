@@ -5,6 +5,7 @@ import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from sim1.mismatch.destination import writable_folder
 from sim1.recording.bundle import Bundle, read_bundle, write_bundle
 from sim1.recording.importing.assemble import Assembled, assemble
 from sim1.recording.importing.import_file import default_import_file, read_import_file
@@ -44,9 +45,11 @@ def import_bundle(
         force: replace a bundle that is there.
 
     Raises:
-        BadInput: a file is at fault, the result is no valid bundle, or there is something at `out` already.
+        BadInput: a file is at fault, the result is no valid bundle, there is something at `out` already, or it cannot be written to.
     """
+    out = out.absolute()
     _check_target(out, force)
+    writable_folder(out.parent)
     if not files:
         raise BadInput("no files given; name the recordings' files, or the dataset folder")
     import_file = import_file or default_import_file(files[0])
@@ -74,7 +77,6 @@ def _put(out: Path, assembled: Assembled) -> Bundle:
     Raises:
         BadInput: it does not read back, by the lab's files; `out` is then as it was before.
     """
-    out.parent.mkdir(parents=True, exist_ok=True)
     part, old = (out.with_name(f".{out.name}.{word}-{os.getpid()}") for word in ("part", "old"))
     try:
         write_bundle(part, assembled.bundle)
@@ -82,6 +84,10 @@ def _put(out: Path, assembled: Assembled) -> Bundle:
         if out.exists():
             out.rename(old)
         part.rename(out)
+    except OSError as error:
+        raise BadInput(
+            f"{out}: cannot be written ({error.strerror or error}); free some space or give another place for --out"
+        ) from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
         if old.exists() and not out.exists():

@@ -1,0 +1,52 @@
+"""Where a drive is between its samples."""
+
+import numpy as np
+import pytest
+
+from sim1.cloth.precise.drives import drive_pose
+from sim1.recording.drive_jumps import check_path
+from sim1.recording.streams import Track
+
+TURN = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def track(time_s, position_m):
+    """A drive that does not turn."""
+    return Track(
+        time_s=time_s,
+        position_m=position_m,
+        rotation_wxyz=np.tile(TURN, (len(time_s), 1)),
+        openness=np.zeros(len(time_s)),
+    )
+
+
+def swung(time_s):
+    """To and fro by 0.1 m, as an arm moves."""
+    return np.column_stack([0.1 * np.sin(2 * np.pi * time_s), 0.0 * time_s, 0.5 + 0.0 * time_s])
+
+
+def test_between_even_samples_a_drive_moves_as_smoothly_as_an_arm():
+    time = np.arange(0.0, 2.0, 0.02)
+    at = np.arange(0.1, 1.8, 0.003)
+    position, _ = drive_pose(track(time, swung(time)), at)
+    assert np.abs(position - swung(at)).max() < 1e-6
+
+
+@pytest.mark.parametrize("apart_s", [5e-4, 2e-3])
+def test_samples_that_came_in_a_burst_make_no_spike(apart_s):
+    """One of a hundred samples a second is stamped just before the next: no fault, and where it was is known to a few millimetres."""
+    time = np.arange(0.0, 2.0, 0.01)
+    given = swung(time)
+    stamped = time.copy()
+    stamped[50] = stamped[51] - apart_s
+    check_path(lambda row: f"row {row}", stamped, given, np.tile(TURN, (len(time), 1)))
+    at = np.arange(0.0, 1.9, 0.001)
+    position, _ = drive_pose(track(stamped, given), at)
+    assert np.abs(position - swung(at)).max() < 0.01 * 2 * np.pi * 0.1 + 1e-4  # what it moves in a step
+
+
+def test_outside_of_its_samples_a_drive_stands_still():
+    time = np.arange(0.0, 1.0, 0.01)
+    position, turn = drive_pose(track(time, swung(time)), np.array([-0.3, 1.4]))
+    assert position == pytest.approx(swung(time)[[0, -1]])
+    assert turn == pytest.approx(np.stack([np.eye(3)] * 2))
