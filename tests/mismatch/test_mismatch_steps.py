@@ -7,6 +7,7 @@ import pytest
 from small_bundle import empty_bundle, plain_world
 
 from sim1.cloth.precise import simulate as module
+from sim1.cloth.precise.arrays import ADHESION, AIR_NORMAL, CLING, STICTION, STRIBECK, WIND_X, WIND_Z
 from sim1.cloth.precise.scene import prepare
 from sim1.cloth.precise.simulate import NotConverged, simulate
 from sim1.cloth.precise.twins import FARTHEST_M, LOST, keep_near
@@ -91,3 +92,46 @@ def test_a_twin_that_is_lost_becomes_the_base(strayed):
     for part in strayed[:6]:
         assert (part[3:] == part[0]).all()
     assert (strayed[6].bend[3:] == strayed[6].bend[0]).all()
+
+
+def astray(bundle, world, *twins):
+    """Arguments of `keep_near` for twins that are all a hundred times too far from the base."""
+    scene = prepare(bundle, bundle.recordings[0], 1 / 60)
+    cloth, count = pack(scene.sheet, [world, *twins]), len(twins) + 1
+    x = scene.start + 100 * FARTHEST_M * np.array([0.0, *[1.0] * len(twins)])[:, None, None] * np.ones(3)
+    stencils, steps = len(scene.net.first) - 1, len(scene.time_s)
+    paths, goals = np.repeat(np.stack([scene.paths(world)]), count, axis=0), np.zeros((count, steps, 2, 3))
+    state, memory = [x.copy() for _ in range(6)], [np.zeros((count, stencils, 3)) for _ in range(3)]
+    offset = np.zeros((count, 1, 3))
+    return *state, cloth, paths, *memory, offset, goals, goals.copy(), np.ones(count), np.zeros(count, bool)
+
+
+def test_of_an_effect_that_the_base_lacks_its_strength_is_scaled_and_not_its_direction_or_range(bundle, world):
+    windy = replace(world, air_normal=0.1, wind_m_s=(0.6, -0.2, 0.1))
+    sticky, stuck = replace(world, adhesion_pa=0.2, cling_m=0.002), replace(world, stiction=1.01, stribeck_m_s=0.06)
+    given = astray(bundle, world, windy, sticky, stuck)
+    scalar = given[6].scalar
+    before = scalar.copy()
+    keep_near(*given)
+    shrink = scalar[1, AIR_NORMAL] / before[1, AIR_NORMAL]
+    assert shrink == pytest.approx(1e-3)
+    assert scalar[1, WIND_X : WIND_Z + 1] == pytest.approx(windy.wind_m_s)
+    assert (scalar[2, CLING], scalar[3, STRIBECK]) == (sticky.cling_m, stuck.stribeck_m_s)
+    assert scalar[2, ADHESION] == pytest.approx(shrink * sticky.adhesion_pa)
+    assert scalar[3, STICTION] - 1.0 == pytest.approx(0.01 * shrink)
+
+
+def test_where_the_base_blows_the_wind_of_a_twin_is_brought_near_too(bundle, world):
+    blown = replace(world, air_normal=0.1, wind_m_s=(0.6, 0.0, 0.0))
+    given = astray(bundle, blown, replace(blown, wind_m_s=(0.7, 0.0, 0.0)))
+    keep_near(*given)
+    assert given[6].scalar[1, WIND_X] == pytest.approx(0.6 + 1e-4)
+
+
+@pytest.mark.parametrize(("rubs", "kept"), [(0.0, 0.9), (1e-5, 0.9 * 1e-3)])
+def test_how_a_sheet_has_turned_so_far_is_scaled_only_where_the_base_remembers_it_too(bundle, world, rubs, kept):
+    given = astray(bundle, replace(world, hysteresis_n=rubs), replace(world, hysteresis_n=rubs + 1e-6))
+    moment = given[9]
+    moment[1] = 0.9
+    keep_near(*given)
+    assert moment[1] == pytest.approx(np.full_like(moment[1], kept))

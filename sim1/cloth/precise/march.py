@@ -52,6 +52,8 @@ def finish(
         _markers(x[p], net, markers[p, n])
         if lost[p]:
             markers[p, n] = markers[0, n]
+            if len(leads):
+                leads[p - 1, n] = 0.0
         elif p > 0:
             markers[p, n] = markers[0, n] + size_of[p] * (markers[p, n] - markers[0, n])
             if len(leads):

@@ -32,8 +32,6 @@ from sim1.cloth.precise.forces import (
 )
 from sim1.cloth.precise.jaws import GRIP_M_N
 
-MOST_RING = 24  # vertices around a vertex, itself included
-
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
 def _add_block(band, i, j, block):
@@ -133,7 +131,9 @@ def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, he
             for k in range(6):
                 mean[i, k] += share * side[12 + k]
     tangent = np.empty((3, 3))
-    ring = np.empty((MOST_RING, 3, 3))  # (node, strain, axis)
+    ring = np.empty(
+        (np.diff(net.ring_first).max(), 3, 3)
+    )  # (node, strain, axis), of the vertex with the most around it
     for i in range(len(x)):
         stress_of(mean[i], law, s, stress[i])
         _tangent(mean[i], law, s, rate, tangent)

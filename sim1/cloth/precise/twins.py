@@ -8,7 +8,11 @@ import numpy as np
 from numba import njit
 
 from sim1.cloth.precise.arrays import (
+    ADHESION,
+    AIR_NORMAL,
+    AIR_SKIN,
     ALL_FACES,
+    CLING,
     COMPLIANCE,
     DEFINITE,
     HYSTERESIS,
@@ -16,7 +20,11 @@ from sim1.cloth.precise.arrays import (
     RETAINED,
     SLIP_RATE,
     SLIP_THRESHOLD,
+    STICTION,
+    STRIBECK,
     TURN_CURVATURE,
+    WIND_X,
+    WIND_Z,
     YIELD,
 )
 from sim1.cloth.precise.forces import residual
@@ -89,8 +97,12 @@ def keep_near(x, x1, x2, hv, v1, v2, cloth, paths, curvature, moment, crease, of
             _nearer(hv, p, shrink)  # with it the velocity that is about to be read off
             _nearer(v1, p, shrink)
             _nearer(v2, p, shrink)
-            _nearer(curvature, p, shrink)
-            _nearer(moment, p, shrink)
+            if (
+                lost[p] or cloth.scalar[0, HYSTERESIS] != 0.0
+            ):  # else the base has none: what rubs is scaled, not how it turned so far
+                _nearer(moment, p, shrink)
+            if lost[p] or cloth.scalar[0, HYSTERESIS] != 0.0 or cloth.scalar[0, RETAINED] != 0.0:
+                _nearer(curvature, p, shrink)
             _nearer(crease, p, shrink)
             _nearer(offset, p, shrink)
             _nearer_world(cloth, p, shrink)
@@ -112,14 +124,19 @@ def _nearer(group, p, shrink):
 def _nearer_world(cloth, p, shrink):
     """Make a twin's world differ less from the base's.
 
-    A threshold whose strength the base lacks stays: there it is the strength that is scaled.
+    A number that says where, from when or which way an effect acts, of which the base lacks the strength, stays: there it is the strength
+    that is scaled.
     """
     base = cloth.scalar[0]
+    still_air = base[AIR_NORMAL] == 0.0 and base[AIR_SKIN] == 0.0
     for k in range(len(base)):
         absent = (
             (k == YIELD and base[RETAINED] == 0.0)
             or (k == SLIP_THRESHOLD and base[SLIP_RATE] == 0.0)
             or (k == TURN_CURVATURE and base[HYSTERESIS] == 0.0)
+            or (k == CLING and base[ADHESION] == 0.0)
+            or (k == STRIBECK and base[STICTION] == 1.0)
+            or (WIND_X <= k <= WIND_Z and still_air)
         )
         if not absent:
             cloth.scalar[p, k] = base[k] + shrink * (cloth.scalar[p, k] - base[k])
