@@ -175,11 +175,18 @@ def mesh_error(one: Observed, off_m: np.ndarray) -> np.ndarray:
     """Standard deviation (K,) of what the mesh gets wrong, from what it is taken to be off by in the blocks (K,)."""
     blocks = np.zeros(one.kept.shape)
     blocks[one.kept] = off_m**2
-    power = blocks.mean(-1)  # (B, M)
+    seen = one.kept[..., 0]
     step = float(np.median(np.diff(one.block_s)))
     half = max(1, round(0.5 * MESH_WINDOW_S / step))
-    padded = np.pad(power, ((half, half), (0, 0)), mode="edge")
-    window = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0).mean(-1)
-    spread = 0.5 * window + 0.5 * window.mean(1, keepdims=True)  # a marker that happens to agree is no better known
+
+    def around(values: np.ndarray) -> np.ndarray:
+        padded = np.pad(values, ((half, half), (0, 0)), mode="edge")
+        return np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0).mean(-1)
+
+    share = around(seen.astype(float))  # what was not seen says nothing of the mesh
+    window = around(blocks.mean(-1)) / np.maximum(share, 1e-12)  # (B, M)
+    near = share > 0.0
+    alike = np.where(near, window, 0.0).sum(1, keepdims=True) / np.maximum(near.sum(1, keepdims=True), 1)
+    spread = 0.5 * window + 0.5 * alike  # a marker that happens to agree is no better known
     error = np.repeat(np.sqrt(spread)[..., None], 3, axis=2)[one.kept]
     return np.hypot(error, MESH_FLOOR_M)

@@ -20,7 +20,7 @@ FINALISTS = 3  # models, the baseline among them, that are fitted again once the
 AGAIN = 2  # iterations of that
 LONGEST = 10  # iterations after which the leader's search ends, converged or not
 NEAR, FAR = 270.0, 0.3  # nats, and of what the best gains: models further behind it are not fitted again
-STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one search differ by less
+STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one differ by less
 PARTNERS = 3  # second effects that are tried beside each
 HINT = 30.0  # nats that slopes must promise of one: less than a name is worth, as on the coarser mesh they foretell to a quarter
 HOPE = 0.75  # of the least that motion held out could still speak for, that they must promise, too
@@ -110,7 +110,18 @@ def _best_of_each(models: tuple[Model, ...]) -> list[Model]:
 
 
 def sharpened(engine: Engine, found: Contest, names: tuple[str, ...], thresholds: Thresholds) -> Contest:
-    """The leaders fitted again where the best one is: the mesh errs otherwise where an effect acts, for every model alike."""
+    """The leaders fitted again where the best one is: the mesh errs otherwise where an effect acts, for every model alike.
+
+    As they were, by the errors at the baseline, where a mesh or a step finds no way at one of them.
+    """
+    try:
+        with engine.aside(stay=True):
+            return _sharpened(engine, found, names, thresholds)
+    except NotConverged:
+        return found
+
+
+def _sharpened(engine: Engine, found: Contest, names: tuple[str, ...], thresholds: Thresholds) -> Contest:
     best = best_of(found.pool, thresholds)
     at = best.fit
     engine.refine(at.unknowns.world(at.z), names)
@@ -145,16 +156,8 @@ def to_the_end(engine: Engine, found: Contest, names: tuple[str, ...], threshold
         place = min(ahead, key=lambda k: rating(pool[k], thresholds))
         ended.add(place)
         one = pool[place].fit
-        more = fit(
-            engine,
-            one.unknowns,
-            one.z,
-            names,
-            temper=found.temper,
-            most=LONGEST,
-            given=(one.residuals, one.slopes),
-            exact=False,
-        )
+        given = one.residuals, one.slopes
+        more = fit(engine, one.unknowns, one.z, names, temper=found.temper, most=LONGEST, given=given, exact=False)
         pool[place] = judged(more, found.temper, pool[place].variants)
     return _tempered(engine, replace(found, pool=pool), names, thresholds)
 

@@ -225,17 +225,21 @@ def unchanged(verdict: str, null: Model) -> Decision:
 
 
 def _leader(pool: list[Model], standing: list[Model], thresholds: Thresholds) -> Model | None:
-    """The best of those that stand, or a simpler one within its reach; None where that is a part of it that does not stand.
+    """The best of those that stand, or a simpler one within its reach; None where none is left.
 
-    Two that gain a little each are no name, however much together. Simpler is what has some of its effects, the best of all that have
-    fewer, or what is of a family that the best one's contains.
+    Two that gain a little each are no name, however much together: where what is simpler is a part that does not stand, they are left
+    aside, and the next best is asked. Simpler is what has some of its effects, the best of all that have fewer, or what is of a family
+    that the best one's contains.
     """
-    if not standing:
-        return None
-    best = best_of(standing, thresholds)
-    while (simpler := _simpler(pool, standing, best, thresholds)) is not None:
-        best = simpler
-    return best if _among(best, standing) else None
+    asked = list(standing)
+    while asked:
+        first = best = best_of(asked, thresholds)
+        while (simpler := _simpler(pool, standing, best, thresholds)) is not None:
+            best = simpler
+        if _among(best, standing):
+            return best
+        asked = [model for model in asked if model is not first]
+    return None
 
 
 def _simpler(pool: list[Model], standing: list[Model], best: Model, thresholds: Thresholds) -> Model | None:

@@ -136,16 +136,23 @@ class Engine:
         return dict(zip(new, self.attempted(tasks), strict=True))
 
     @contextmanager
-    def aside(self) -> Iterator[None]:
-        """Mesh, pull, resting shapes and what is known of the errors of mesh and step are at the end what they were, however it ends."""
+    def aside(self, *, stay: bool = False) -> Iterator[None]:
+        """Mesh, pull, resting shapes and what is known of the errors of mesh and step are at the end what they were, however it ends.
+
+        Those that are to `stay` are so only where no simulation found its way.
+        """
         kept = {name: (one.observed, one.defect_m, one.mesh_off_m, one.rest_m) for name, one in self.stages.items()}
         settings = self.finer, self.follow_hz
         try:
             yield
+        except NotConverged:
+            stay = False
+            raise
         finally:
-            self.finer, self.follow_hz = settings
-            for name, one in self.stages.items():
-                one.observed, one.defect_m, one.mesh_off_m, one.rest_m = kept[name]
+            if not stay:
+                self.finer, self.follow_hz = settings
+                for name, one in self.stages.items():
+                    one.observed, one.defect_m, one.mesh_off_m, one.rest_m = kept[name]
 
     def mesh_off(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """What the mesh is taken to be off by in residuals (K,), by `refine`'s last look; zero before any."""
@@ -261,12 +268,15 @@ class Engine:
 
     def attempted(self, tasks: list[Task]) -> list[Done | NotConverged]:
         """Answers as `run` gives them, and of each simulation that found no way why."""
+        if not tasks:
+            return []
         began = time.monotonic()
         runs = self.workers(tasks)
         taken_s = time.monotonic() - began
         self.simulating_s += taken_s
-        self._pace_s = min(self._pace_s, taken_s / sum(map(self._steps, tasks)))
-        self.patience.reserve_s = self._pace_s * self._closing_steps()
+        if all(task.finer == self.finest for task in tasks):  # as what is simulated at the end
+            self._pace_s = min(self._pace_s, taken_s / sum(map(self._steps, tasks)))
+            self.patience.reserve_s = self._pace_s * self._closing_steps()
         for task, run in zip(tasks, runs, strict=True):
             if task.follow_hz and task.finer == self.finer and isinstance(run, Done):
                 self.stages[task.recording].rest_m = run.rest_m

@@ -62,27 +62,29 @@ def calibrate(
 ) -> Fit:
     """Fit and measure anew what mesh and step get wrong, in turn, by `PASSES`."""
     temper, found = dict.fromkeys(names, FIRST_TEMPER), None
-    for number, (working, follow_hz) in enumerate(PASSES):
-        engine.finer = engine.finest if working else max(engine.finest - 1, 0)
-        engine.follow_hz = follow_hz
-        if not engine.patience.over:
-            engine.refine(unknowns.world(z), names)
-        looked = engine.soften(unknowns, z, names)
-        found = fit(
-            engine,
-            unknowns,
-            z,
-            names,
-            temper=temper,
-            enough=CONVERGED if number == len(PASSES) - 1 else ROUGH,
-            given=looked,
-            settle=number == len(PASSES) - 1,
-            progress=lambda share, n=number: progress((n + share) / len(PASSES)),
-        )
-        z, temper = found.z, temper_of(engine, found.residuals, names)
-        if engine.patience.over:
-            break
-    engine.finer, engine.follow_hz = engine.finest, FOLLOW_HZ  # as models are compared, also where it was stopped early
+    try:
+        for number, (working, follow_hz) in enumerate(PASSES):
+            engine.finer = engine.finest if working else max(engine.finest - 1, 0)
+            engine.follow_hz = follow_hz
+            if not engine.patience.over:
+                engine.refine(unknowns.world(z), names)
+            looked = engine.soften(unknowns, z, names)
+            found = fit(
+                engine,
+                unknowns,
+                z,
+                names,
+                temper=temper,
+                enough=CONVERGED if number == len(PASSES) - 1 else ROUGH,
+                given=looked,
+                settle=number == len(PASSES) - 1,
+                progress=lambda share, n=number: progress((n + share) / len(PASSES)),
+            )
+            z, temper = found.z, temper_of(engine, found.residuals, names)
+            if engine.patience.over:
+                break
+    finally:  # as models are compared, also where it was stopped early or found no way
+        engine.finer, engine.follow_hz = engine.finest, FOLLOW_HZ
     return replace(found, temper=temper)
 
 

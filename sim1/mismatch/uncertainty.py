@@ -113,7 +113,7 @@ def _stretches(found: Fit, base: Fit) -> tuple[np.ndarray, np.ndarray]:
     for name in found.names:
         residual = found.residuals[name]
         taken, weight = base.residuals[name] - residual, _way_weights(found, base, name)
-        first = np.flatnonzero(np.diff(found.stretch[name], prepend=-1))
+        first = np.flatnonzero(np.diff(found.stretch[name], prepend=found.stretch[name][:1] - 1))
         pulls.append(np.add.reduceat(weight * taken * residual, first))
         information.append(np.add.reduceat(weight * taken**2, first))
     return np.concatenate(pulls), np.concatenate(information)

@@ -8,6 +8,7 @@ import os
 import signal
 from collections.abc import Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from sim1.cloth.precise.scene import Scene, prepare
 from sim1.cloth.precise.simulate import NotConverged, simulate
 from sim1.cloth.precise.world import World
 from sim1.recording.bundle import Bundle, Recording
+from sim1.stage import BadInput
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,6 +115,11 @@ def _answer(future: Future[Done]) -> Done | NotConverged:
         return future.result()
     except NotConverged as error:
         return error
+    except BrokenProcessPool as error:
+        raise BadInput(
+            "a process that simulates was ended from outside, as systems do where memory is short; nothing is wrong with the recordings: "
+            "free some memory, and diagnose again"
+        ) from error
 
 
 class Workers:
@@ -130,7 +137,11 @@ class Workers:
         self._owner: dict[str, int] = {}
 
     def __call__(self, tasks: Sequence[Task]) -> list[Done | NotConverged]:
-        """Answers in the order of the tasks; where a simulation found no rest or no next state, what it says of that."""
+        """Answers in the order of the tasks; where a simulation found no rest or no next state, what it says of that.
+
+        Raises:
+            BadInput: a process was ended from outside.
+        """
         self._own({task.recording for task in tasks} - set(self._owner))
         waiting = [self._pools[self._owner[task.recording]].submit(_work, task) for task in tasks]
         return [_answer(future) for future in waiting]

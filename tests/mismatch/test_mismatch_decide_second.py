@@ -32,6 +32,20 @@ def test_a_pair_gives_way_to_one_of_its_own_or_to_the_best_of_all_that_are_singl
     assert verdict(unknowns, {pair: 480.0, part: 200.0, other: 470.0}) == ("named", other)
 
 
+def test_a_pair_that_gives_way_to_a_part_that_does_not_stand_takes_no_other_name_away(unknowns, monkeypatch):
+    part, pair, other = ("adhesion",), ("adhesion", "wind"), ("shrinkage",)
+    gains = {part: 2.1 * THRESHOLDS.named, pair: 2.6 * THRESHOLDS.named, other: 1.6 * THRESHOLDS.named}
+    pool = pool_of(unknowns, gains)
+    monkeypatch.setattr(
+        "sim1.mismatch.decide.overcounted",
+        lambda fit, base: 5.0 if fit is pool[1].fit else 2.5 if fit is pool[2].fit and base is pool[0].fit else 1.0,
+    )
+    found = decide(pool, THRESHOLDS)
+    assert (found.verdict, found.chosen.terms) == ("ambiguous", other)
+    assert [rival.terms for rival in found.rivals] == [part]
+    assert decide(pool[:3], THRESHOLDS).verdict == "none"
+
+
 def test_a_second_effect_that_follows_one_error_again_and_again_is_not_named(unknowns, monkeypatch):
     pair = ("air_drag", "shrinkage")
     pool = pool_of(unknowns, {("air_drag",): 400.0, pair: 400.0 + 3.0 * THRESHOLDS.named})

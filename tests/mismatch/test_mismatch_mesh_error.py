@@ -1,5 +1,7 @@
 """How much a mesh still gets wrong, by a coarser and by a finer one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_bundle import empty_bundle, filmed, plain_world
@@ -43,6 +45,17 @@ def test_an_error_lasts_beyond_the_blocks_it_shows_in_and_never_vanishes(bundle)
     near = error[np.argmin(np.abs(one.block_s - 0.95))]  # the end of the stretch in which it is off
     assert (near > 5e-4).all()
     assert np.sqrt(np.mean(error[one.kept] ** 2)) == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.1)
+
+
+def test_what_is_not_seen_says_nothing_of_the_mesh(bundle):
+    """A sheet that is off by a millimetre everywhere is so where it is seen, however seldom that is."""
+    recording = bundle.recordings[0]
+    hidden = recording.markers_m.copy()
+    hidden[np.arange(len(hidden)) % 12 < 8] = np.nan
+    hidden[:, :3] = np.nan
+    one = observe(replace(recording, markers_m=hidden))
+    assert 0.1 < one.kept.mean() < 0.4
+    assert mesh_error(one, np.full(one.measured_m.shape, 1e-3)) == pytest.approx(np.hypot(1e-3, MESH_FLOOR_M))
 
 
 def test_a_finer_mesh_is_asked_once_where_models_are_compared_and_takes_no_trust_back(bundle, engine):
