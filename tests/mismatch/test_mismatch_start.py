@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from small_bundle import SIDE_M, empty_bundle, plain_world
 
 from sim1.cloth.precise.arrays import RETAINED, YIELD
+from sim1.cloth.precise.forces import turned_by
 from sim1.cloth.precise.memory import fold
 from sim1.cloth.precise.mesh import square_sheet
 from sim1.cloth.precise.scene import prepare
@@ -123,6 +124,17 @@ def test_a_sheet_that_remembers_how_it_was_bent_rests_where_it_starts(memory):
     sags, forgets = simulate(scene, [replace(plain, **memory)]), simulate(scene, [plain])
     assert np.abs(sags.rest_m - forgets.rest_m).max() > 5e-4
     assert np.abs(sags.shapes_m - sags.rest_m).max() < 1e-4
+
+
+@pytest.mark.parametrize("start", [0.0, 1.0, -1.4])
+def test_yarns_that_rub_turn_as_far_in_one_step_as_in_many(start):
+    """As a sheet is bent into its rest from flat at once."""
+    turn, change, many = 1.5, 4.0, start
+    for _ in range(1000):
+        many = turned_by(many, change / 1000, turn)
+    assert turned_by(start, change, turn) == pytest.approx(many)
+    assert turned_by(0.0, 1e-7, turn) == pytest.approx(1e-7, rel=1e-6)
+    assert turned_by(start, -100.0, turn) == pytest.approx(-turn)
 
 
 def test_a_fold_keeps_its_share_and_is_harder_to_bend_back():

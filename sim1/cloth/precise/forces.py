@@ -70,6 +70,13 @@ def normal_of(x, net, c):
     return nx * size, ny * size, nz * size
 
 
+@njit(cache=True, nogil=True)
+def turned_by(moment, change, turn):
+    """Dahl's z times the slip curvature `turn`, after the curvature changed one way by `change` [all 1/m]: exact, in however many steps."""
+    way = turn if change >= 0.0 else -turn
+    return moment + (moment - way) * np.expm1(-abs(change) / turn)
+
+
 @njit(cache=True, nogil=True, fastmath=FLAGS)
 def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, target, held_on, out):
     """Inertia less forces (V, 3) [N] of world `p` at shape `x`, velocity `v`, acceleration `acc`.
@@ -192,7 +199,7 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
             extra = bend[k] * (tau * turn[k] - curl[k] - crease[c, k])
             if s[HYSTERESIS] != 0.0 and bend[k] != 0.0:
                 change = bent[k, 0] * nx + bent[k, 1] * ny + bent[k, 2] * nz - curvature[c, k]
-                turned = (moment[c, k] + change) / (1.0 + abs(change) / s[TURN_CURVATURE])
+                turned = turned_by(moment[c, k], change, s[TURN_CURVATURE])
                 twice = 2.0 if k == 2 else 1.0
                 extra += s[HYSTERESIS] * twice * cloth.bend_area[p, c] * turned / s[TURN_CURVATURE]
             bent[k, 0] = bend[k] * bent[k, 0] + extra * nx

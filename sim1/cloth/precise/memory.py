@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from sim1.cloth.precise.arrays import COMPLIANCE, HYSTERESIS, RETAINED, SLIP_RATE, SLIP_THRESHOLD, TURN_CURVATURE, YIELD
-from sim1.cloth.precise.forces import FLAGS, normal_of
+from sim1.cloth.precise.forces import FLAGS, normal_of, turned_by
 from sim1.cloth.precise.jaws import grip_loads
 
 
@@ -28,7 +28,9 @@ def settle(x, net, cloth, curvature, moment, crease):
         curvatures(x[p], net, curvature[p])
         crease[p] = 0.0
         fold(curvature[p], cloth.scalar[p], crease[p])
-        moment[p] = curvature[p] / (1.0 + np.abs(curvature[p]) / cloth.scalar[p, TURN_CURVATURE])
+        for c in range(curvature.shape[1]):
+            for k in range(3):
+                moment[p, c, k] = turned_by(0.0, curvature[p, c, k], cloth.scalar[p, TURN_CURVATURE])
 
 
 @njit(cache=True, nogil=True)
@@ -58,7 +60,7 @@ def remember(x, net, scalar, curvature, moment, crease, now):
     for c in range(now.shape[0]):
         for k in range(3):
             change = now[c, k] - curvature[c, k]
-            moment[c, k] = (moment[c, k] + change) / (1.0 + abs(change) / scalar[TURN_CURVATURE])
+            moment[c, k] = turned_by(moment[c, k], change, scalar[TURN_CURVATURE])
             curvature[c, k] = now[c, k]
     fold(now, scalar, crease)
 

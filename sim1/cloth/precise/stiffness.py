@@ -67,9 +67,8 @@ def _add_friction(x, net, cloth, curvature, moment, c, block, band):
             i = net.node[a]
             bent += net.second[a, k] * (x[i, 0] * nx + x[i, 1] * ny + x[i, 2] * nz)
         change = abs(bent - curvature[c, k])
-        # 1 - sign z / kappa_c at small steps, falling as the moment saturates
-        sign = 1.0 if bent >= curvature[c, k] else -1.0
-        grow = (1.0 - sign * moment[c, k] / turn) / (1.0 + change / turn) ** 2
+        sign = 1.0 if bent >= curvature[c, k] else -1.0  # the derivative of `turned_by`
+        grow = (1.0 - sign * moment[c, k] / turn) * np.exp(-change / turn)
         twice = 2.0 if k == 2 else 1.0
         friction = max(grow, 0.0) * cloth.scalar[0, HYSTERESIS] * twice * cloth.bend_area[0, c] / turn
         for a in range(begin, end):
