@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from sim1.cloth.precise.drives import drive_pose
+from sim1.cloth.precise.drives import drive_pose, lagging
 from sim1.recording.drive_jumps import check_path
 from sim1.recording.streams import Track
 
@@ -50,3 +51,27 @@ def test_outside_of_its_samples_a_drive_stands_still():
     position, turn = drive_pose(track(time, swung(time)), np.array([-0.3, 1.4]))
     assert position == pytest.approx(swung(time)[[0, -1]])
     assert turn == pytest.approx(np.stack([np.eye(3)] * 2))
+
+
+def turning(rad_s, seconds=3.0, step_s=1 / 60):
+    """Rotation matrices of a gripper that stands for half a second and then turns, by more than a whole turn where it is fast."""
+    time = np.arange(0.0, seconds, step_s)
+    return Rotation.from_euler("z", rad_s * np.clip(time - 0.5, 0.0, None)[:, None]).as_matrix()
+
+
+@pytest.mark.parametrize("rad_s", [0.5, 4.0])
+def test_a_gripper_that_lags_stays_rigid_and_is_late_by_the_lag(rad_s):
+    turn, lag_s, step_s = turning(rad_s), 0.15, 1 / 60
+    position = np.column_stack([np.arange(len(turn)) * step_s, np.zeros((len(turn), 2))])
+    late_m, late_turn = lagging(position, turn, lag_s, step_s)
+    assert np.einsum("tij,tkj->tik", late_turn, late_turn) == pytest.approx(np.tile(np.eye(3), (len(turn), 1, 1)))
+    assert position[-1, 0] - late_m[-1, 0] == pytest.approx(lag_s, rel=1e-3)
+    behind = Rotation.from_matrix(np.einsum("ji,jk->ik", late_turn[-1], turn[-1])).as_rotvec()
+    assert behind[2] == pytest.approx(rad_s * lag_s, rel=0.03)  # a mean of turns, of which 0.6 rad are no small ones
+    assert behind[:2] == pytest.approx(np.zeros(2))
+
+
+def test_a_gripper_that_does_not_lag_is_where_it_was_told_to_be():
+    turn = turning(1.0)
+    position = np.zeros((len(turn), 3))
+    assert lagging(position, turn, 0.0, 1 / 60)[1] is turn

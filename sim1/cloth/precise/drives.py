@@ -29,6 +29,16 @@ def _even(step_s: np.ndarray) -> bool:
     return middle / UNEVEN < inner.min() and inner.max() < middle * UNEVEN
 
 
+def lagging(position_m: np.ndarray, turn: np.ndarray, lag_s: float, step_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (T, 3) and rotation matrices (T, 3, 3) of a gripper that follows its command late, and stays rigid."""
+    if lag_s <= 0.0:
+        return position_m, turn
+    quaternion = Rotation.from_matrix(turn).as_quat()
+    flips = np.sign((quaternion[1:] * quaternion[:-1]).sum(1))
+    quaternion[1:] *= np.cumprod(np.where(flips < 0.0, -1.0, 1.0))[:, None]  # one and the same turn, without jumps
+    return late(position_m, lag_s, step_s), Rotation.from_quat(late(quaternion, lag_s, step_s)).as_matrix()
+
+
 def late(path: np.ndarray, lag_s: float, step_s: float) -> np.ndarray:
     """The path (T, ...) behind a first-order lag, exact for commands that are linear between steps; the command rested before."""
     if lag_s <= 0.0:

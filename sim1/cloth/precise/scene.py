@@ -7,7 +7,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from sim1.cloth.precise.arrays import Net
-from sim1.cloth.precise.drives import drive_pose, late
+from sim1.cloth.precise.drives import drive_pose, lagging
 from sim1.cloth.precise.held_places import held_places
 from sim1.cloth.precise.material import marker_points, markers_on, sheet_of
 from sim1.cloth.precise.mesh import Sheet, narrow, refined, reordered
@@ -56,8 +56,8 @@ class Scene:
                 shift, turn = np.array(world.places[grip.index][:3]), np.array(world.places[grip.index][3:])
                 middle = places.mean(0)
                 places = Rotation.from_rotvec(turn).apply(places - middle) + middle + shift
-            path = grip.position_m[:, None] + np.einsum("tij,hj->thi", grip.turn, places)
-            parts.append(late(path, world.lag_s, self.step_s))
+            position, turn = lagging(grip.position_m, grip.turn, world.lag_s, self.step_s)
+            parts.append(position[:, None] + np.einsum("tij,hj->thi", turn, places))
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(self.time_s), 0, 3))
 
     def observed(self, markers: np.ndarray, world: World) -> np.ndarray:
