@@ -8,10 +8,10 @@ from numba import njit
 
 
 @njit(fastmath=True, nogil=True, cache=True, error_model="numpy")
-def _edges(x, v, ahead, inverse, damping, growth, straight, uneven, strain, way, rate):
+def _edges(x, v, ahead, inverse, damping, uneven, strain, way, rate):
     """Strain plus damped rate of every edge from k to k + ahead, its vector and its relative velocity.
 
-    `uneven` (count,) is the strain at which an edge is at rest. With `growth` above 0 the secant modulus of what is pulled grows.
+    `uneven` (count,) is the strain at which an edge is at rest.
     """
     for k in range(x.shape[1] - ahead):
         a0, a1, a2 = x[0, k + ahead] - x[0, k], x[1, k + ahead] - x[1, k], x[2, k + ahead] - x[2, k]
@@ -20,11 +20,19 @@ def _edges(x, v, ahead, inverse, damping, growth, straight, uneven, strain, way,
         strain[k] = green - uneven[k] + damping * (a0 * b0 + a1 * b1 + a2 * b2) * inverse
         way[0, k], way[1, k], way[2, k] = a0, a1, a2
         rate[0, k], rate[1, k], rate[2, k] = b0, b1, b2
-    if growth > 0.0:  # in a loop of its own: the exponential would slow down every sheet without it
-        for k in range(x.shape[1] - ahead):
-            square = way[0, k] * way[0, k] + way[1, k] * way[1, k] + way[2, k] * way[2, k]
-            pulled = max(0.5 * (square * inverse - 1) - uneven[k], 0.0)
-            strain[k] *= 1 + straight * (1 - np.exp(-growth * pulled / straight))
+
+
+@njit(fastmath=True, nogil=True, cache=True, error_model="numpy")
+def _stiffen(ahead, inverse, growth, straight, uneven, way, strain):
+    """Let the secant modulus of edges that are pulled grow with their strain.
+
+    Along each thread by itself: did what couples warp and weft grow too, the stress would have no potential, and a cycle of strain would
+    make or lose energy.
+    """
+    for k in range(len(strain) - ahead):
+        square = way[0, k] * way[0, k] + way[1, k] * way[1, k] + way[2, k] * way[2, k]
+        pulled = max(0.5 * (square * inverse - 1) - uneven[k], 0.0)
+        strain[k] *= 1 + straight * (1 - np.exp(-growth * pulled / straight))
 
 
 @njit(fastmath=True, nogil=True, cache=True, error_model="numpy")
@@ -36,8 +44,8 @@ def membrane_force(x, v, slow, uu, vv, uv, shear, uneven_u, uneven_v, metric, st
     du, dv, ru, rv = w_edge[0:3], w_edge[3:6], w_edge[6:9], w_edge[9:12]
     su, sv, tu, tv = w_edge[12], w_edge[13], w_edge[14], w_edge[15]
     pp, qq, cu, cv = w_cell[0:3], w_cell[3:6], w_cell[6], w_cell[7]
-    _edges(x, v, 1, inverse_u, damping, growth, straight, uneven_u, su, du, ru)
-    _edges(x, v, stride, inverse_v, damping, growth, straight, uneven_v, sv, dv, rv)
+    _edges(x, v, 1, inverse_u, damping, uneven_u, su, du, ru)
+    _edges(x, v, stride, inverse_v, damping, uneven_v, sv, dv, rv)
     for k in range(count - stride - 1):
         cu[k] = 0.5 * uv[k] * (sv[k] + sv[k + 1])
         cv[k] = 0.5 * uv[k] * (su[k] + su[k + stride])
@@ -51,6 +59,9 @@ def membrane_force(x, v, slow, uu, vv, uv, shear, uneven_u, uneven_v, metric, st
         for i in range(3):
             a, b = 0.5 * (du[i, k] + du[i, k + stride]), 0.5 * (dv[i, k] + dv[i, k + 1])
             pp[i, k], qq[i, k] = pull * (a + b), pull * (a - b)
+    if growth > 0.0:
+        _stiffen(1, inverse_u, growth, straight, uneven_u, du, su)
+        _stiffen(stride, inverse_v, growth, straight, uneven_v, dv, sv)
     for k in range(stride, count - stride):
         tu[k] = 0.5 * inverse_u * ((uu[k - stride] + uu[k]) * su[k] + cu[k - stride] + cu[k])
         tv[k] = 0.5 * inverse_v * ((vv[k - 1] + vv[k]) * sv[k] + cv[k - 1] + cv[k])
@@ -68,7 +79,7 @@ def membrane_force(x, v, slow, uu, vv, uv, shear, uneven_u, uneven_v, metric, st
 
 
 @njit(fastmath=True, nogil=True, cache=True, error_model="numpy")
-def _touch(x, v, inverse_mass, dt, contact):
+def _touch(x, v, inverse_mass, dt, contact, carried):
     """Change the velocities (3, count) so that no vertex passes the table; see `benchmarks.concealed.table.Contact.arrays`.
 
     Friction in two directions follows maximum dissipation over an ellipse: the force is normal to the ellipse of the forces
@@ -87,6 +98,11 @@ def _touch(x, v, inverse_mass, dt, contact):
             continue
         mass = 1 / inverse_mass[k]
         normal = mass * (lowest - v[2, k])
+        if carried.shape[1] == x.shape[1] and carried[3, k] != 0.0:  # the table pushes the air that is carried, too
+            less = carried[3, k] * carried[2, k]
+            normal = (lowest - v[2, k]) / (inverse_mass[k] - less * carried[2, k])
+            v[0, k] -= normal * less * carried[0, k]
+            v[1, k] -= normal * less * carried[1, k]
         v[2, k] = lowest
         pressed[k] += normal
         wx, wy = v[0, k], v[1, k]
@@ -159,7 +175,7 @@ def inner_steps(
                     if inverse_mass[k] > 0:
                         v[i, k] *= keep
         if contact[0].shape[0] > 0:
-            _touch(x, v, inverse_mass, dt, contact)
+            _touch(x, v, inverse_mass, dt, contact, carried)
         for i in range(3):
             for k in range(count):
                 x[i, k] += dt * v[i, k]

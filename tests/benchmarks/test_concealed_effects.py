@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from concealed_world import flat, force, moving, rolled, world_of
 from scipy.spatial.transform import Rotation
+from test_concealed_physics import CLOTH, Bench
 
 from benchmarks.concealed.effects.air import AddedMass, AirDrag, Wind
 from benchmarks.concealed.effects.curl import BendingHysteresis, PlasticCrease, ViscoelasticCreep
@@ -14,6 +15,7 @@ from benchmarks.concealed.effects.robot import ActuatorLag, GripCompliance, Grip
 from benchmarks.concealed.effects.tabletop import Adhesion
 from benchmarks.concealed.grips import Poses
 from benchmarks.concealed.simulate import Gap
+from benchmarks.concealed.table import Friction
 
 AIR = {"c_normal": 1.0, "c_tangential": 0.1}
 STEADY = {"gust": 0.0, "waves_1": 1.0, "waves_2": 4.0, "profile": 0.0}
@@ -25,7 +27,11 @@ def test_drag_is_quadratic_against_the_motion_and_wind_is_drag_of_a_resting_shee
     drag.begin(world)
     area = world.sheet.grid.area_m2.sum()
     fast = force(drag, world, moving(world, (0, 0, 2.0))).sum(axis=1)
-    assert fast == pytest.approx([0, 0, -0.5 * 1.2 * area * 4 * (1 + 0.3 / 65)], rel=1e-9)
+    assert fast == pytest.approx([0, 0, -0.5 * 1.2 * area * 4 * (1 + 0.3 / 65) / 1.15], rel=1e-9)
+    middling = force(drag, world, moving(world, (0, 0, 0.25))).sum(axis=1)
+    assert middling == pytest.approx([0, 0, -0.5 * 1.2 * area * 0.25**2], rel=1e-9), (
+        "where the coefficient is its name's"
+    )
     along = force(drag, world, moving(world, (1.0, 0, 0))).sum(axis=1)
     assert along == pytest.approx([-0.5 * 1.2 * area * 0.1, 0, 0], rel=1e-9)
     wind = Wind({"vx": 0.0, "vy": 0.0, "vz": 3.0}, AIR | STEADY)
@@ -66,6 +72,22 @@ def test_added_mass_has_its_mean_and_acts_along_the_normal_only():
     missing = Gap(world, [effect]).force(flat(world), acceleration)
     assert missing[2] == pytest.approx(-2.0 * kg)
     assert np.abs(missing[:2]).max() < 1e-12
+
+
+def test_air_that_is_carried_takes_no_weight_off_a_sheet_that_slides():
+    """It stops after the way of Coulomb, as without: the table bears the sheet's weight, and what is carried has none."""
+    bench = Bench(CLOTH, 5, 5, friction=Friction(0.4, 0.4))
+    bench.inner *= 0.2
+    bench.v[0, bench.grid.inside] = 0.5
+    start, mass = bench.x[0].copy(), np.where(bench.sheet.mass_kg > 0, bench.sheet.mass_kg, 1.0)
+    carried = np.zeros((4, bench.grid.count))
+    carried[2], carried[3] = 1.0, np.where(bench.sheet.mass_kg > 0, 1 / mass - 1 / (1.4 * mass), 0.0)
+    number = max(1, int(1e-4 / bench.inner))
+    weight = np.array([0.0, 0.0, -9.81])[:, None] * bench.sheet.mass_kg
+    for _ in range(int(0.3 / (number * bench.inner))):
+        bench.membrane.step(bench.x, bench.v, weight.copy(), bench.inner, number, bench.contact, 1.0, carried)
+    way = (bench.x[0] - start)[bench.grid.inside]
+    assert way == pytest.approx(0.5**2 / (2 * 0.4 * 9.81), rel=5e-3)
 
 
 def test_patches_have_their_mass_place_and_factor():

@@ -1,5 +1,7 @@
 """What makes a concealed cloth another material does what its formula says, and is the simpler law's in its limit."""
 
+import itertools
+
 import numpy as np
 import pytest
 from concealed_world import flat, force, rolled, world_of
@@ -83,6 +85,24 @@ def test_stiffening_grows_at_its_rate_at_small_strain_and_ends_with_straight_thr
     assert more(1e-4) / 1e-4 == pytest.approx(20.0, rel=1e-3)
     assert 0.85 < more(1 / 20) / 1.0 < 0.95, "moderately less than a straight line"
     assert more(2.0) == pytest.approx(4.0, rel=1e-3)
+
+
+def test_a_stiffening_sheet_gives_back_what_it_took_whatever_the_way():
+    """Stretched along warp, then along weft, then let go in the same order."""
+    base = world_of().sheet
+    sheet = StrainStiffening({"growth": 40.0}, {"straight": 4.5}).sheet(base)
+    membrane, rest = Membrane(sheet, np.zeros(0, dtype=int)), flat(world_of())
+    corners = np.array([[0.0, 0.0], [0.03, 0.0], [0.03, 0.02], [0.0, 0.02], [0.0, 0.0]])
+    work = []
+    for before, after in itertools.pairwise(corners):
+        shares = np.linspace(0.0, 1.0, 201)[:, None]
+        shapes = [
+            rest.x * np.array([*np.sqrt(1 + 2 * strain), 1.0])[:, None] for strain in before + shares * (after - before)
+        ]
+        middles = [(a + b) / 2 for a, b in itertools.pairwise(shapes)]
+        forces = [membrane.forces(x, rest.v).copy() for x in middles]
+        work.append(sum(float((f * (b - a)).sum()) for f, a, b in zip(forces, shapes[:-1], shapes[1:], strict=True)))
+    assert abs(sum(work)) < 1e-4 * abs(np.array(work)).max()
 
 
 def test_a_shrunken_sheet_is_at_rest_at_its_new_size_with_the_old_mass():

@@ -18,7 +18,7 @@ def _cell_drag(x, v, wind, profile, rows, columns, density, normal_coefficient, 
     """Add drag (3, count) of each cell, a quarter to each corner; `boost` raises the normal coefficient at small speed.
 
     The coefficient of a plate that oscillates grows as the amplitude falls (Keulegan and Carpenter 1958); here it is
-    c (1 + boost / (1 + (speed / 0.25 m/s)^2)). The wind goes with the height to the power of `profile`, and is `wind` at 0.65 m.
+    c (1 + boost / (1 + (speed / 0.25 m/s)^2)) / (1 + boost / 2), which is c at 0.25 m/s. The wind goes with the height to the power of `profile`, and is `wind` at 0.65 m.
     """
     stride = columns + 2
     a, b, n, w = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
@@ -39,7 +39,8 @@ def _cell_drag(x, v, wind, profile, rows, columns, density, normal_coefficient, 
             area = np.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
             across = (w[0] * n[0] + w[1] * n[1] + w[2] * n[2]) / area
             along = np.sqrt(max(w[0] ** 2 + w[1] ** 2 + w[2] ** 2 - across**2, 0.0))
-            press = 0.5 * density * normal_coefficient * (1 + boost / (1 + (across / 0.25) ** 2)) * abs(across) * across
+            grown = (1 + boost / (1 + (across / 0.25) ** 2)) / (1 + boost / 2)
+            press = 0.5 * density * normal_coefficient * grown * abs(across) * across
             rub = 0.5 * density * tangential_coefficient * along * area
             for i in range(3):
                 force = 0.25 * (press * n[i] + rub * (w[i] - across * n[i] / area))
@@ -51,11 +52,11 @@ def _cell_drag(x, v, wind, profile, rows, columns, density, normal_coefficient, 
 
 @dataclass
 class AirDrag(Effect):
-    """Quadratic drag with a coefficient that is higher at small speed."""
+    """Quadratic drag with a coefficient that is higher at small speed; `c_normal` is that at 0.25 m/s."""
 
     name: ClassVar[str] = "air_drag"
     formula: ClassVar[str] = (
-        "rho/2 A (c_n (1 + 0.3 / (1 + (v_n / 0.25 m/s)^2)) |v_n| v_n n + c_t |v_t| v_t) per cell, v against the air"
+        "rho/2 A (c_n (1 + 0.3 / (1 + (v_n / 0.25 m/s)^2)) / 1.15 |v_n| v_n n + c_t |v_t| v_t) per cell, v against the air"
     )
 
     def begin(self, world: World) -> None:
