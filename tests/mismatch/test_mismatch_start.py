@@ -99,6 +99,23 @@ def test_where_drives_begin_after_the_markers_the_start_is_that_of_the_first_sam
     np.testing.assert_allclose(scene.start_velocity, np.broadcast_to(velocity, scene.start.shape), atol=1e-6)
 
 
+def test_a_start_in_motion_is_told_in_the_frame_of_the_cameras_and_grips_hold_from_the_first_step(bundle):
+    recording = bundle.recordings[0]
+    time = np.arange(0.0, 1.0, 1 / 60)
+    markers = np.repeat(recording.markers_m[:1], len(time), axis=0)
+    scene = prepare(bundle, replace(recording, starts="moving", time_s=time, markers_m=markers), 1 / 60)
+    off = replace(plain_world(bundle), frame_shift_m=(0.01, -0.02, 0.005), frame_turn_rad=(0.0, 0.02, 0.01))
+    seen = simulate(scene, [off]).markers_m[0]
+    np.testing.assert_allclose(
+        seen[0][4:], recording.markers_m[0][4:], atol=1e-5
+    )  # below the row that moves with what is held
+    shape, _ = scene.begun(off)
+    run = simulate(scene, [off])
+    held = scene.net.held
+    np.testing.assert_allclose(run.shapes_m[0][held], scene.paths(off)[0])
+    assert np.abs(np.delete(run.shapes_m[0] - shape, held, axis=0)).max() == 0.0
+
+
 def level_scene():
     """A sheet held out level by its edge, and still; and its world."""
     bundle = empty_bundle(duration_s=0.6, motions=1)

@@ -60,6 +60,11 @@ class Scene:
             parts.append(position[:, None] + np.einsum("tij,hj->thi", turn, places))
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(self.time_s), 0, 3))
 
+    def begun(self, world: World) -> tuple[np.ndarray, np.ndarray]:
+        """Shape and velocity (V, 3) of a recording that starts in motion, which its markers tell in the frame of the cameras."""
+        turn = Rotation.from_rotvec(world.frame_turn_rad).as_matrix()
+        return (self.start - np.array(world.frame_shift_m)) @ turn, self.start_velocity @ turn
+
     def observed(self, markers: np.ndarray, world: World) -> np.ndarray:
         """Markers (T, M, 3) at the steps as the cameras report them, (N, M, 3)."""
         time = np.clip(self.frame_s - world.clock_offset_s, *self.time_s[[0, -1]])

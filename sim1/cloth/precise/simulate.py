@@ -86,7 +86,10 @@ def _simulated(
         if not rest(x0, scene.net, cloth, *start, np.ascontiguousarray(goals[:, 0])):
             raise NotConverged(f"recording {scene.name}: the sheet finds no rest at the start")
     else:
-        v0[:] = scene.start_velocity
+        for p, world in enumerate(worlds):
+            x0[p], v0[p] = scene.begun(world)
+            _place_held(x0[p], scene, paths[p, 0], held_on[0])
+            _place_held(v0[p], scene, (paths[p, 1] - paths[p, 0]) / scene.step_s, held_on[0])
     for halving in range(halvings + 1):
         result = _march(scene, cloth, x0, v0, paths, turns, held_on, goals, speeds, guess, leads, 2**halving)
         guess = None
