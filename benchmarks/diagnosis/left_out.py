@@ -56,14 +56,14 @@ class Unprojected(Engine):
 def with_parts_left_out(bundle: Bundle) -> dict[str, Said]:
     """What each column says, and the seconds that it took beside the whole: two of them read on in its pool of models."""
     began = time.monotonic()
+    apart = {"nothing measured": lambda: nothing_measured(bundle), "not orthogonal": lambda: not_orthogonal(bundle)}
     try:
         whole = diagnose(bundle)
-    except NotConverged:  # then nothing can be said with a part left out of it either
-        return dict.fromkeys(COLUMNS, ("failed", (), time.monotonic() - began))
+    except NotConverged:  # the other columns read on in it
+        failed: Said = ("failed", (), time.monotonic() - began)
+        return dict.fromkeys(COLUMNS, failed) | {label: _timed(one) for label, one in apart.items()}
     took_s = time.monotonic() - began
-    ask = {
-        "nothing measured": lambda: nothing_measured(bundle),
-        "not orthogonal": lambda: not_orthogonal(bundle),
+    ask = apart | {
         "screening alone": lambda: screening_alone(bundle, whole),
         "fit error alone": lambda: fit_error_alone(whole),
         "no veto": lambda: no_veto(whole),

@@ -40,6 +40,9 @@ class Contest:
     lost: tuple[Candidate, ...] = ()  # effects that promised something and that no simulation followed
     unfollowed: tuple[tuple[str, ...], ...] = ()  # effects together, worth a fit, that no simulation followed
     screened: tuple[Candidate, ...] = ()  # beside the baseline: every effect that the recordings could show
+    unsharpened: str | None = (
+        None  # why errors of mesh and step are known at the baseline alone; None: they were measured at the best, too
+    )
 
 
 def contest(
@@ -112,13 +115,13 @@ def _best_of_each(models: tuple[Model, ...]) -> list[Model]:
 def sharpened(engine: Engine, found: Contest, names: tuple[str, ...], thresholds: Thresholds) -> Contest:
     """The leaders fitted again where the best one is: the mesh errs otherwise where an effect acts, for every model alike.
 
-    As they were, by the errors at the baseline, where a mesh or a step finds no way at one of them.
+    As they were, by the errors at the baseline, where a mesh or a step finds no way at one of them (`unsharpened`).
     """
     try:
         with engine.aside(stay=True):
             return _sharpened(engine, found, names, thresholds)
-    except NotConverged:
-        return found
+    except NotConverged as error:
+        return replace(found, unsharpened=str(error))
 
 
 def _sharpened(engine: Engine, found: Contest, names: tuple[str, ...], thresholds: Thresholds) -> Contest:

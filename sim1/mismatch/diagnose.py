@@ -23,6 +23,7 @@ from sim1.mismatch.remarks import (
     not_followed,
     not_foretold,
     not_set_apart,
+    not_sharpened,
     vote,
 )
 from sim1.mismatch.rounds import rounds
@@ -157,6 +158,7 @@ def _diagnose(
             *explains_heldout(tried, thresholds),
             *not_foretold(foretold),
             *(not_followed(terms) for terms in found.unfollowed),
+            *([not_sharpened(found.unsharpened)] if found.unsharpened else []),
             *(not_asked(terms, why) for terms, why in judged.heard.unasked.items()),
             *(not_set_apart(name) for name, error_m in without_m.items() if error_m is None),
             *(f"no force is located in {name}: {why}" for name, why in located.lost.items()),

@@ -77,7 +77,7 @@ class Engine:
         }
         self.area_m2 = float(next(iter(self.stages.values())).scene.sheet.face_area_m2.sum())
         self.simulating_s = 0.0
-        self._pace_s = float("inf")  # seconds that a step of one recording takes
+        self._pace_s = dict[bool, float]()  # seconds that a step of one recording takes: on the working mesh, on others
 
     def __enter__(self) -> Self:
         """Itself."""
@@ -274,9 +274,9 @@ class Engine:
         runs = self.workers(tasks)
         taken_s = time.monotonic() - began
         self.simulating_s += taken_s
-        if all(task.finer == self.finest for task in tasks):  # as what is simulated at the end
-            self._pace_s = min(self._pace_s, taken_s / sum(map(self._steps, tasks)))
-            self.patience.reserve_s = self._pace_s * self._closing_steps()
+        working, pace_s = all(task.finer == self.finest for task in tasks), taken_s / sum(map(self._steps, tasks))
+        self._pace_s[working] = min(pace_s, self._pace_s.get(working, pace_s))
+        self.patience.reserve_s = self._pace_s.get(True, self._pace_s[working]) * self._closing_steps()
         for task, run in zip(tasks, runs, strict=True):
             if task.follow_hz and task.finer == self.finer and isinstance(run, Done):
                 self.stages[task.recording].rest_m = run.rest_m

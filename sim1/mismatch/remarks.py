@@ -32,6 +32,11 @@ def not_followed(terms: Sequence[str]) -> str:
     return f"{' with '.join(terms)} is judged by nothing: no simulation with both found its way to the end"
 
 
+def not_sharpened(why: str) -> str:
+    """A contest in which the errors of mesh and step could not be measured where the best model is."""
+    return f"what mesh and step get wrong is known beside the baseline alone, as no simulation follows beside the best model: {why}"
+
+
 def vote(heldout: Sequence[str], judged: Judgement) -> str:
     """Whether the recordings that no fit saw had a vote on the verdict, and what became of it: what the error on them is worth."""
     where = f"{', '.join(heldout)}, which no fit saw,"

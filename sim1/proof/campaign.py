@@ -142,10 +142,7 @@ def _diagnosed(campaign: Campaign, case: str) -> Record:
         begin(files, case, before)
     for earlier in files.findings(case):  # of a diagnosis that was killed
         shutil.rmtree(earlier, ignore_errors=True)
-    for besides in (
-        files.oracle(case),
-        files.baselines(case),
-    ):  # held against another diagnosis, and maybe another recording
+    for besides in (files.oracle(case), files.baselines(case)):  # of another diagnosis, maybe another recording
         besides.unlink(missing_ok=True)
     scratch.mkdir(
         parents=True

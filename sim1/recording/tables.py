@@ -44,10 +44,9 @@ def check_columns(path: Path, names: Iterable[object], columns: tuple[str, ...])
 
 
 def _column(path: Path, name: str, column: pd.Series) -> np.ndarray:
-    if isinstance(column.dtype, pd.CategoricalDtype):  # names that were written once each
-        column = column.astype(object)
     kind = column.dtype.kind
     if name in TEXT:
+        column = column.astype(object)  # also where names were written once each
         wrong = ~column.map(lambda value: isinstance(value, str) and bool(value.strip())).to_numpy(bool)
         if wrong.any():
             row = int(np.argmax(wrong))

@@ -11,6 +11,7 @@ from sim1.mismatch import contest
 from sim1.mismatch.engine import FOLLOW_HZ, Engine
 from sim1.mismatch.fit import fit
 from sim1.mismatch.models import calibrate, judged
+from sim1.mismatch.remarks import not_sharpened
 from sim1.mismatch.search import baseline
 from sim1.mismatch.thresholds import THRESHOLDS
 
@@ -25,7 +26,9 @@ def test_models_stay_as_they_were_where_no_mesh_says_what_is_wrong_at_the_best(b
         raise NotConverged("recording swing_0: no next state at 0.900 s")
 
     monkeypatch.setattr(engine, "refine", lost)
-    assert contest.sharpened(engine, found, ("swing_0", "swing_1"), THRESHOLDS) is found
+    after = contest.sharpened(engine, found, ("swing_0", "swing_1"), THRESHOLDS)
+    assert after == replace(found, unsharpened="recording swing_0: no next state at 0.900 s")
+    assert "beside the baseline alone" in not_sharpened(after.unsharpened)
     assert engine.observed("swing_0") is before
 
 

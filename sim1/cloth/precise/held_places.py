@@ -18,9 +18,8 @@ REGRIPPED_M = (
 )
 
 type Short = tuple[str, tuple[int, ...]]  # drive, vertices
-type Key = tuple[
-    str, tuple[int, ...], str, int
-]  # with the recording if its places are its own, else empty; and which hold of these it is there
+# With the recording if its places are its own, else empty; and which of its holds of this grip it is.
+type Key = tuple[str, tuple[int, ...], str, int]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,8 +37,7 @@ class HeldPlaces:
     def key(self, recording: Recording, hold: Hold) -> Key:
         """Which of them a hold of a recording has: its own, or that which recordings share."""
         short = short_of(hold)
-        before = [one for one in recording.holds if short_of(one) == short and one.from_s < hold.from_s]
-        own = (*short, recording.name, len(before))
+        own = (*short, recording.name, _number(recording, hold))
         return own if own in self.places_m else (*short, "", 0)
 
 
@@ -52,11 +50,7 @@ def held_places(bundle: Bundle) -> HeldPlaces:
     Raises:
         BadInput: places that nobody measured, and no recording starts at rest in that grip with enough markers to be seen.
     """
-    holds = [
-        (recording, hold, sum(short_of(one) == short_of(hold) for one in recording.holds if one.from_s < hold.from_s))
-        for recording in bundle.recordings
-        for hold in recording.holds
-    ]
+    holds = [(recording, hold, _number(recording, hold)) for recording in bundle.recordings for hold in recording.holds]
     measured = _measured(holds)
     unknown = [(recording, hold) for recording, hold, _ in holds if hold.places_m is None]
     found, estimates = dict(measured), resting_places(bundle)
@@ -83,6 +77,11 @@ def held_places(bundle: Bundle) -> HeldPlaces:
 def short_of(hold: Hold) -> Short:
     """The grip that a hold is of, whatever recording."""
     return hold.drive, tuple(int(v) for v in hold.vertices)
+
+
+def _number(recording: Recording, hold: Hold) -> int:
+    """How often the recording has held this grip before."""
+    return sum(short_of(one) == short_of(hold) for one in recording.holds if one.from_s < hold.from_s)
 
 
 def _is(hold: Hold, short: Short) -> bool:

@@ -130,9 +130,7 @@ def derivative(x, v, mass_rate, rate, sliding, net, cloth, curvature, moment, he
             for k in range(6):
                 mean[i, k] += share * side[12 + k]
     tangent = np.empty((3, 3))
-    ring = np.empty(
-        (np.diff(net.ring_first).max(), 3, 3)
-    )  # (node, strain, axis), of the vertex with the most around it
+    ring = np.empty((np.diff(net.ring_first).max(), 3, 3))  # (node, strain, axis), room for the most around a vertex
     for i in range(len(x)):
         stress_of(mean[i], law, s, stress[i])
         _tangent(mean[i], law, s, rate, tangent)

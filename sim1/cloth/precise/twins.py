@@ -97,11 +97,11 @@ def keep_near(x, x1, x2, hv, v1, v2, cloth, paths, curvature, moment, crease, of
             _nearer(hv, p, shrink)  # with it the velocity that is about to be read off
             _nearer(v1, p, shrink)
             _nearer(v2, p, shrink)
-            if (
-                lost[p] or cloth.scalar[0, HYSTERESIS] != 0.0
-            ):  # else the base has none: what rubs is scaled, not how it turned so far
+            # Where the base has no friction, what rubs is scaled and not how it turned so far.
+            rubs = lost[p] or cloth.scalar[0, HYSTERESIS] != 0.0
+            if rubs:
                 _nearer(moment, p, shrink)
-            if lost[p] or cloth.scalar[0, HYSTERESIS] != 0.0 or cloth.scalar[0, RETAINED] != 0.0:
+            if rubs or cloth.scalar[0, RETAINED] != 0.0:
                 _nearer(curvature, p, shrink)
             _nearer(crease, p, shrink)
             _nearer(offset, p, shrink)

@@ -75,7 +75,7 @@ def _put(out: Path, assembled: Assembled) -> Bundle:
     """Write a bundle beside `out`, read it back strictly, then move it into its place; gives what was read.
 
     Raises:
-        BadInput: it does not read back, by the lab's files; `out` is then as it was before.
+        BadInput: it does not read back, by the lab's files, or cannot be written; `out` is then as it was before.
     """
     part, old = (out.with_name(f".{out.name}.{word}-{os.getpid()}") for word in ("part", "old"))
     try:
