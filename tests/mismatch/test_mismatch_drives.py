@@ -46,6 +46,16 @@ def test_samples_that_came_in_a_burst_make_no_spike(apart_s):
     assert np.abs(position - swung(at)).max() < 0.01 * 2 * np.pi * 0.1 + 1e-4  # what it moves in a step
 
 
+def test_a_sample_that_is_sent_twice_does_not_stop_the_drive():
+    """As in recordings of a robot that sends what it sent before a tenth of a millisecond later."""
+    time = np.arange(0.0, 2.0, 0.02)
+    twice = np.sort(np.append(time, time[10:90:7] + 1e-4))
+    places = swung(time)[np.searchsorted(time, twice - 2e-4)]
+    at = np.arange(0.1, 1.8, 0.003)
+    position, _ = drive_pose(track(twice, places), at)
+    assert np.abs(position - swung(at)).max() < 1e-4
+
+
 def test_outside_of_its_samples_a_drive_stands_still():
     time = np.arange(0.0, 1.0, 0.01)
     position, turn = drive_pose(track(time, swung(time)), np.array([-0.3, 1.4]))

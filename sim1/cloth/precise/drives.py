@@ -1,32 +1,34 @@
 """Poses of drives at a simulation's steps, and how late an actuator follows them."""
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation, Slerp
 
 from sim1.recording.streams import Track
 
-UNEVEN = 4.0  # times shorter or longer than the median: steps of samples that came in bursts, or were lost
+BURST = 4.0  # times shorter than the median: steps of samples that came in a burst
 
 
 def drive_pose(track: Track, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions (T, 3) and rotation matrices (T, 3, 3) of a drive; constant outside its track.
 
-    A cubic spline is as smooth as an arm moves. Through samples that came in bursts it would swing out beyond them all, so that between
-    those the path is monotone (Fritsch and Carlson 1980).
+    A cubic spline is as smooth as an arm moves. Through samples that came in a burst it would swing out beyond them all: of these the last
+    was stamped when it was due, and the others are left out.
     """
-    time = np.clip(time_s, *track.time_s[[0, -1]])
-    turn = Slerp(track.time_s, Rotation.from_quat(track.rotation_wxyz, scalar_first=True))(time).as_matrix()
-    between = CubicSpline if _even(np.diff(track.time_s)) else PchipInterpolator
-    return between(track.time_s, track.position_m)(time), turn
+    due = _due(track.time_s)
+    at, position_m, rotation = track.time_s[due], track.position_m[due], track.rotation_wxyz[due]
+    time = np.clip(time_s, *at[[0, -1]])
+    turn = Slerp(at, Rotation.from_quat(rotation, scalar_first=True))(time).as_matrix()
+    return CubicSpline(at, position_m)(time), turn
 
 
-def _even(step_s: np.ndarray) -> bool:
-    """Whether samples follow each other about evenly; how much of a step the first and the last are depends on when one began to record."""
-    inner = step_s[1:-1] if len(step_s) > 2 else step_s
-    middle = float(np.median(inner))
-    return middle / UNEVEN < inner.min() and inner.max() < middle * UNEVEN
+def _due(time_s: np.ndarray) -> np.ndarray:
+    """Which samples (n,) no other follows in a burst; how long the first and the last step are says when one began to record, and ended."""
+    due, step = np.ones(len(time_s), bool), np.diff(time_s)
+    if len(step) > 2:
+        due[1:-2] = step[1:-1] >= np.median(step[1:-1]) / BURST
+    return due
 
 
 def lagging(position_m: np.ndarray, turn: np.ndarray, lag_s: float, step_s: float) -> tuple[np.ndarray, np.ndarray]:
