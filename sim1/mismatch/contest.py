@@ -21,6 +21,7 @@ AGAIN = 2  # iterations of that
 LONGEST = 10  # iterations after which the leader's search ends, converged or not
 NEAR, FAR = 270.0, 0.3  # nats, and of what the best gains: models further behind it are not fitted again
 STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one differ by less
+MATTERS = 0.05  # of what the best is ahead, that it must promise, too: less says nothing else of who is named
 PARTNERS = 3  # second effects that are tried beside each
 HINT = 30.0  # nats that slopes must promise of one: less than a name is worth, as on the coarser mesh they foretell to a quarter
 HOPE = 0.75  # of the least that motion held out could still speak for, that they must promise, too
@@ -288,7 +289,7 @@ def _from_there(engine: Engine, model: Model, other: Model, names: tuple[str, ..
     try:
         looked = engine.residuals(unknowns, start, names), slopes
         there = fit(engine, unknowns, start, names, temper=model.fit.temper, most=0, given=looked, settle=False)
-        if there.cost - promised(there) > model.fit.cost - STUCK:
+        if there.cost - promised(there) > model.fit.cost - max(STUCK, MATTERS * (model.fit.cost - other.fit.cost)):
             return model
         found = fit(engine, unknowns, start, names, temper=model.fit.temper, most=AGAIN, given=looked, exact=False)
     except NotConverged:

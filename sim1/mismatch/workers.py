@@ -16,7 +16,7 @@ import numpy as np
 from sim1.child_process import behave_as_child
 from sim1.cloth.precise.lacking import lacking_force
 from sim1.cloth.precise.marker_states import MarkerStates, marker_states
-from sim1.cloth.precise.motions import Motions
+from sim1.cloth.precise.motions import Motions, on_finer
 from sim1.cloth.precise.pull import Goals, Pull
 from sim1.cloth.precise.scene import Scene, prepare
 from sim1.cloth.precise.simulate import NotConverged, simulate
@@ -67,18 +67,18 @@ def _work(task: Task) -> Done:
     bundle = _BUNDLE[0]
     recording = next(r for r in bundle.recordings if r.name == task.recording)
     key = task.recording, task.finer, task.step_s
-    if key not in _SCENES:
-        _SCENES[key] = prepare(bundle, recording, task.step_s, finer=task.finer)
-    scene = _SCENES[key]
+    scene = _scene(task)
     pull = Pull(hz=task.follow_hz, goals=_goals(recording, task.goals_m)) if task.follow_hz else None
     worlds, where = _distinct(task.worlds, scene)
     motions = _MOTIONS.setdefault((*key, task.follow_hz), Motions())
     shapes = motions.guess(worlds[0])
     near = None if shapes is None else shapes[0]
+    if shapes is None:
+        shapes = _of_another_kind(task, worlds[0])  # rest is sought from the markers all the same: it may lie elsewhere
     try:
         run = simulate(scene, worlds, near=near, guess=shapes, pull=pull, leads=True)
     except NotConverged:  # perhaps from where the last motion was: once more from the markers
-        if near is None:
+        if shapes is None:
             raise
         run = simulate(scene, worlds, pull=pull, leads=True)
     motions.keep(worlds, run.shapes_m, run.leads_m)
@@ -88,6 +88,27 @@ def _work(task: Task) -> Done:
     path = (run.shapes_m[:, scene.net.marker_node] * scene.net.marker_weight[..., None]).sum(2)
     states = marker_states(scene, run.shapes_m)
     return Done(markers_m=run.markers_m[where], rest_m=run.rest_m, force_n=force, path_m=path, states=states)
+
+
+def _scene(task: Task) -> Scene:
+    key = task.recording, task.finer, task.step_s
+    if key not in _SCENES:
+        recording = next(r for r in _BUNDLE[0].recordings if r.name == task.recording)
+        _SCENES[key] = prepare(_BUNDLE[0], recording, task.step_s, finer=task.finer)
+    return _SCENES[key]
+
+
+def _of_another_kind(task: Task, world: World) -> np.ndarray | None:
+    """Shapes (T, V, 3) of the same motion as it was followed otherwise, or on the mesh before the last cut; None: neither was simulated."""
+    for finer in (task.finer, task.finer - 1):
+        key = task.recording, finer, task.step_s
+        for follow_hz in sorted(
+            {kind[3] for kind in _MOTIONS if kind[:3] == key}, key=lambda hz: abs(hz - task.follow_hz)
+        ):
+            shapes = _MOTIONS[*key, follow_hz].guess(world)
+            if shapes is not None:
+                return shapes if finer == task.finer else on_finer(shapes, _SCENES[key], _scene(task))
+    return None
 
 
 def _goals(recording: Recording, given_m: np.ndarray | None) -> Goals:

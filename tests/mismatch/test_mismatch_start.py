@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from small_bundle import SIDE_M, empty_bundle, plain_world
 
 from sim1.cloth.precise.arrays import RETAINED, YIELD
-from sim1.cloth.precise.forces import turned_by
+from sim1.cloth.precise.bending import turned_by
 from sim1.cloth.precise.memory import fold
 from sim1.cloth.precise.mesh import square_sheet
 from sim1.cloth.precise.scene import prepare

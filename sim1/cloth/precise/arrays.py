@@ -20,6 +20,10 @@ Net = namedtuple(
         "star_local",  # (3 F, 3) places of the face's corners in the ring of the vertex
         "ring_first",  # (V + 1,) where the ring of each vertex starts
         "ring_node",  # (r,) vertices of the faces around each vertex
+        "pair",  # (B, 2) vertices i >= j that share a ring or a stencil
+        "ring_pair",  # of every vertex the pairs (a, b), b <= a, of its ring, row by row: their places in `pair`
+        "stencil_pair",  # likewise of every stencil
+        "face_pair",  # (F, 3, 3) of corners, of which the first has the higher number; else of no meaning
         "held",  # (H,) vertices
         "grip",  # (H,) which grip holds each
         "marker_node",  # (M, 3)

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 COMPILED_LAST = ("newton.newton", "twins.answers", "march.finish")  # once these are on disk, nearly all is
+FLAGS = {"contract", "reassoc", "nsz", "arcp"}  # of arithmetic: all but what NaN and infinity would change
 CONSTANTS = "arrays.py"  # holds no loop, but the columns that loops were compiled with
 
 

@@ -1,8 +1,7 @@
 """Forces on a sheet, for one world: compiled loops.
 
 Membrane: St. Venant-Kirchhoff, Kelvin-Voigt; strain averaged around vertices, so that a coarse mesh bends without having to stretch
-(triangles of constant strain lock: node-based smoothing, Liu and Nguyen-Thoi 2009). Bending: second derivatives of the shape over the material,
-fitted around every inner vertex; quadratic, as cloth bends almost without stretching (Bergou et al. 2006). What the baseline lacks
+(triangles of constant strain lock: node-based smoothing, Liu and Nguyen-Thoi 2009). Bending: see `bending.py`. What the baseline lacks
 is in the same loops, with a factor of 0 where it is absent: it costs little, and no effect can be forgotten in the derivative.
 """
 
@@ -20,17 +19,16 @@ from sim1.cloth.precise.arrays import (
     FRICTION_X,
     FRICTION_Y,
     GRAVITY_X,
-    HYSTERESIS,
     STICTION,
     STIFFENING,
     STRIBECK,
     TABLE_Z,
-    TURN_CURVATURE,
     WIND_X,
 )
+from sim1.cloth.precise.bending import resist_bending
+from sim1.cloth.precise.compiled_code import FLAGS
 from sim1.cloth.precise.jaws import GRIP_M_N, grip_count, grip_loads
 
-FLAGS = {"contract", "reassoc", "nsz", "arcp"}
 OWN_SHARE = 0.3  # of the membrane's energy by each face's own strain; the rest by means, which alone are too soft where strain concentrates
 CONTACT_N_M3 = 6e4  # pressure per depth: cloth of 0.3 kg/m^2 sinks 0.05 mm into the table
 
@@ -54,30 +52,6 @@ def stress_of(strain, law, s, out):
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)
-def normal_of(x, net, c):
-    """Unit normal of the sheet in the middle of stencil `c`."""
-    ux = uy = uz = vx = vy = vz = 0.0
-    for a in range(net.first[c], net.first[c + 1]):
-        i = net.node[a]
-        ux += net.slope[a, 0] * x[i, 0]
-        uy += net.slope[a, 0] * x[i, 1]
-        uz += net.slope[a, 0] * x[i, 2]
-        vx += net.slope[a, 1] * x[i, 0]
-        vy += net.slope[a, 1] * x[i, 1]
-        vz += net.slope[a, 1] * x[i, 2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    size = 1.0 / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
-    return nx * size, ny * size, nz * size
-
-
-@njit(cache=True, nogil=True)
-def turned_by(moment, change, turn):
-    """Dahl's z times the slip curvature `turn`, after the curvature changed one way by `change` [all 1/m]: exact, in however many steps."""
-    way = turn if change >= 0.0 else -turn
-    return moment + (moment - way) * np.expm1(-abs(change) / turn)
-
-
-@njit(cache=True, nogil=True, fastmath=FLAGS)
 def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, target, held_on, out):
     """Inertia less forces (V, 3) [N] of world `p` at shape `x`, velocity `v`, acceleration `acc`.
 
@@ -85,7 +59,6 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
     `target` (H, 3) where grips want their vertices, `sliding` the speed below which friction is regularised [m/s].
     """
     s = cloth.scalar[p]
-    tau = s[DAMPING]
     mass, vertex_area = cloth.mass[p], cloth.vertex_area[p]
     for i in range(len(x)):
         for k in range(3):
@@ -176,56 +149,7 @@ def residual(x, v, acc, sliding, net, cloth, p, curvature, moment, crease, targe
             out[i, 0] += gu * pux + gv * pvx + qx - weight * acc[i, 0]
             out[i, 1] += gu * puy + gv * pvy + qy - weight * acc[i, 1]
             out[i, 2] += gu * puz + gv * pvz + qz - weight * acc[i, 2]
-    # ------------------------------------------------------------------ stencils: bending
-    bent = np.empty((3, 3))  # (second derivative, axis)
-    turn = np.empty(3)
-    for c in range(len(net.first) - 1):
-        begin, end = net.first[c], net.first[c + 1]
-        bend, curl = cloth.bend[p, c], cloth.curl[p, c]
-        nx, ny, nz = normal_of(x, net, c)
-        bent[:] = 0.0
-        turn[:] = 0.0
-        for a in range(begin, end):
-            i = net.node[a]
-            # Only the normal part of the rates is damped: a bent sheet that turns as a whole keeps its energy.
-            high = v[i, 0] * nx + v[i, 1] * ny + v[i, 2] * nz
-            for k in range(3):
-                w = net.second[a, k]
-                bent[k, 0] += w * x[i, 0]
-                bent[k, 1] += w * x[i, 1]
-                bent[k, 2] += w * x[i, 2]
-                turn[k] += w * high
-        for k in range(3):
-            extra = bend[k] * (tau * turn[k] - curl[k] - crease[c, k])
-            if s[HYSTERESIS] != 0.0 and bend[k] != 0.0:
-                change = bent[k, 0] * nx + bent[k, 1] * ny + bent[k, 2] * nz - curvature[c, k]
-                turned = turned_by(moment[c, k], change, s[TURN_CURVATURE])
-                twice = 2.0 if k == 2 else 1.0
-                extra += s[HYSTERESIS] * twice * cloth.bend_area[p, c] * turned / s[TURN_CURVATURE]
-            bent[k, 0] = bend[k] * bent[k, 0] + extra * nx
-            bent[k, 1] = bend[k] * bent[k, 1] + extra * ny
-            bent[k, 2] = bend[k] * bent[k, 2] + extra * nz
-        for a in range(begin, end):
-            i = net.node[a]
-            w0, w1, w2 = net.second[a, 0], net.second[a, 1], net.second[a, 2]
-            for d in range(3):
-                out[i, d] += w0 * bent[0, d] + w1 * bent[1, d] + w2 * bent[2, d]
-        firm = cloth.ripple[p, c]
-        for e in range(min(end - begin - 6, net.ripple.shape[1])):  # what no quadratic follows would be free to flutter
-            rx = ry = rz = 0.0
-            for a in range(begin, end):
-                i = net.node[a]
-                w = net.ripple[a, e]
-                rx += w * x[i, 0]
-                ry += w * x[i, 1]
-                rz += w * x[i, 2]
-            rx, ry, rz = firm * rx, firm * ry, firm * rz
-            for a in range(begin, end):
-                i = net.node[a]
-                w = net.ripple[a, e]
-                out[i, 0] += w * rx
-                out[i, 1] += w * ry
-                out[i, 2] += w * rz
+    resist_bending(x, v, net, cloth, p, curvature, moment, crease, out)
     # ------------------------------------------------------------------ vertices: table, grips
     if not np.isnan(s[TABLE_Z]):
         for i in range(len(x)):

@@ -6,7 +6,7 @@ BDF2 is second order and does not damp slow swings: at 1 Hz and h = 1/60 s it lo
 import numpy as np
 from numba import njit
 
-from sim1.cloth.precise.forces import FLAGS
+from sim1.cloth.precise.compiled_code import FLAGS
 from sim1.cloth.precise.memory import remember, settle, slip, targets_at, targets_of
 from sim1.cloth.precise.newton import net_width, newton
 from sim1.cloth.precise.twins import answers, keep_near, matrix, solved

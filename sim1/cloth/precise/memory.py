@@ -4,7 +4,8 @@ import numpy as np
 from numba import njit
 
 from sim1.cloth.precise.arrays import COMPLIANCE, HYSTERESIS, RETAINED, SLIP_RATE, SLIP_THRESHOLD, TURN_CURVATURE, YIELD
-from sim1.cloth.precise.forces import FLAGS, normal_of, turned_by
+from sim1.cloth.precise.bending import normal_of, turned_by
+from sim1.cloth.precise.compiled_code import FLAGS
 from sim1.cloth.precise.jaws import grip_loads
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from sim1.cloth.precise.scene import Scene
 from sim1.cloth.precise.world import World
 
 KEPT = 3  # motions per recording and mesh
@@ -69,6 +70,13 @@ class Motions:
         motion = Motion(world=worlds[0], shapes_m=shapes_m, origin=origin, twins=twins, leads_m=leads)
         others = [other for other in self._kept if other.world != worlds[0]]
         self._kept = [*others[-KEPT + 1 :], motion]
+
+
+def on_finer(shapes_m: np.ndarray, coarse: Scene, fine: Scene) -> np.ndarray:
+    """Shapes (T, V, 3) of a mesh on the one (T, W, 3) whose faces are a fourth: new vertices half-way."""
+    cut = np.empty((len(shapes_m), len(fine.place), 3))
+    cut[:, fine.place] = shapes_m[:, coarse.place[fine.between]].mean(2)
+    return cut
 
 
 def _along(motion: Motion, world: World) -> tuple[float, np.ndarray]:

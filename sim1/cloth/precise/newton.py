@@ -4,15 +4,18 @@ import numpy as np
 from numba import njit
 
 from sim1.cloth.precise.arrays import BASE, COMPLIANCE, DEFINITE, PULL_STIFFNESS
-from sim1.cloth.precise.forces import FLAGS, residual
+from sim1.cloth.precise.compiled_code import FLAGS
+from sim1.cloth.precise.forces import residual
 from sim1.cloth.precise.jaws import coupling, solve_coupled
 from sim1.cloth.precise.lapack import factor
+from sim1.cloth.precise.learnt import correct, corrected, forget, learn, nothing_learnt
 from sim1.cloth.precise.pull_forces import pull, pull_slope
 from sim1.cloth.precise.smooth_push import smooth_push, smooth_push_slope
 from sim1.cloth.precise.stiffness import derivative
 
 LONGEST_M = 0.1  # a Newton step moves no vertex further
 FACTOR_COSTS = 8  # iterations: an old factor is kept while so many more by it come to an end
+LEAST = 2  # before that is asked: what the first steps teach shortens the way
 
 
 @njit(cache=True, nogil=True)
@@ -22,14 +25,16 @@ def newton(
 ):  # fmt: skip
     """Solve a step of the base in place, with a line search that asks forces alone. Returns the last change [m].
 
-    Negative: not converged, by so much; -inf: no matrix could be factorized or nothing is finite any more. `out` (V, 3) is
-    left with the residual, `force` (M, 3) with the pull on the markers. `known`: `band` holds a factor of a similar shape.
+    Negative: not converged, by so much; -inf: no matrix could be factorized or nothing is finite any more. `out` (V, 3) is left with
+    the residual and `force` (M, 3) with the pull on the markers, both before that change. `known`: `band` holds a factor of a similar
+    shape, and is used while `Learnt` can make up for what it gets wrong.
     """
-    change = np.zeros_like(x)
+    change, before = np.zeros_like(x), np.zeros_like(x)
     v, acc = np.empty_like(x), np.empty_like(x)
     last, size, share, first = 1e30, 1e30, 1.0, 0.0
     old, fresh = not known, True
     trial = searches = 0
+    learnt = nothing_learnt(x.size)
     rows, nowhere = coupling(net, held_on, cloth.scalar[0, COMPLIANCE], x.size), np.empty(0, np.int32)
     while True:
         x -= share * change
@@ -46,13 +51,12 @@ def newton(
                 share *= min(max(first / (first - slope), 0.1), 0.7)
                 searches += 1
                 continue
-            if size < tolerance:
-                return size
-            slow = trial > 1 and size * (size / last) ** FACTOR_COSTS > tolerance
+            slow = trial > LEAST and size * (size / last) ** FACTOR_COSTS > tolerance
             old = share < 0.99 or slow or trial > 10
             last = 1e30 if old else size
             if trial >= most:
                 return -size
+            learn(learnt, share, change, before, out)
         if old:
             for careful in range(2):
                 tension_only = careful == 1 or trial > most // 2
@@ -68,11 +72,18 @@ def newton(
             if failed != 0:
                 return -np.inf
             old = False
+            forget(learnt)
+        before[:] = out
         change[:] = out
+        shares = corrected(learnt, change)
         solve_coupled(DEFINITE, band, band, nowhere, rows, change.reshape(1, -1))
+        correct(learnt, shares, change)
         size = largest(change.ravel())
         if not size < 1e3:
             return -np.inf
+        if size < tolerance:
+            x -= change
+            return size
         share = min(1.0, LONGEST_M / max(size, 1e-12))
         first = _dot(out, change)
         fresh, searches = False, 0

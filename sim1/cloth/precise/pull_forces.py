@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from sim1.cloth.precise.arrays import PULL_DAMPING, PULL_STIFFNESS
-from sim1.cloth.precise.forces import FLAGS
+from sim1.cloth.precise.compiled_code import FLAGS
 
 
 @njit(cache=True, nogil=True, fastmath=FLAGS)

@@ -11,6 +11,7 @@ from sim1.cloth.precise.drives import drive_pose, lagging
 from sim1.cloth.precise.held_places import held_places
 from sim1.cloth.precise.material import marker_points, markers_on, sheet_of
 from sim1.cloth.precise.mesh import Sheet, narrow, refined, reordered
+from sim1.cloth.precise.pairs import pairs_of
 from sim1.cloth.precise.start import start_of
 from sim1.cloth.precise.world import World
 from sim1.recording.bundle import Bundle, Hold, Recording
@@ -46,6 +47,10 @@ class Scene:
     start_velocity: np.ndarray | None  # (V, 3); None: it starts at rest
     clamped: np.ndarray  # (C,) stencils on the rim of a clamp
     rim: np.ndarray  # (F,) faces there
+    place: np.ndarray  # (V,) where each vertex stands of the mesh as it was cut, before it was reordered
+    between: (
+        np.ndarray
+    )  # (V, 2) the two vertices of the mesh before that cut, as that was cut, between which each of these lies
 
     def paths(self, world: World) -> np.ndarray:
         """Where the held vertices are wanted, (T, H, 3)."""
@@ -114,6 +119,7 @@ def prepare(
     stencils, stars = sheet.stencils, [part.astype(np.int64) for part in sheet.stars]
     held = np.concatenate([grip.vertices for grip in grips]) if grips else np.zeros(0, int)
     owner = np.concatenate([np.full(len(grip.vertices), k) for k, grip in enumerate(grips)]) if grips else held
+    pair, (ring_pair, stencil_pair, face_pair) = pairs_of(sheet)
     net = Net(
         faces=sheet.faces.astype(np.int64),
         first=stencils.first.astype(np.int64),
@@ -127,6 +133,10 @@ def prepare(
         star_local=np.ascontiguousarray(stars[2]),
         ring_first=stars[3],
         ring_node=stars[4],
+        pair=pair,
+        ring_pair=ring_pair,
+        stencil_pair=stencil_pair,
+        face_pair=face_pair,
         held=held.astype(np.int64),
         grip=owner.astype(np.int64),
         marker_node=sheet.faces[face].astype(np.int64),
@@ -145,6 +155,8 @@ def prepare(
         start_velocity=velocity,
         clamped=_clamped(net),
         rim=_rim(net),
+        place=place,
+        between=parents[-1],
     )
 
 

@@ -8,7 +8,7 @@ Where no world has it the array holds no world, and nothing is computed.
 import numpy as np
 from numba import njit
 
-from sim1.cloth.precise.forces import FLAGS
+from sim1.cloth.precise.compiled_code import FLAGS
 from sim1.cloth.precise.mesh import Sheet
 
 NUMBERS = 18  # by basis function, then push or brake, then axis
