@@ -131,9 +131,12 @@ def extended(
     promising = bool(leaders) and tried[leaders[0]].gain > PROMISING
     if promising:
         progress(0.5, ", ".join(models[leaders[0]].terms))
-    starts = scouted(engine, base, [models[k].fit for k in leaders]) if promising else [None] * len(leaders)
+    looks = [models[k].fit for k in leaders]
+    starts = scouted(engine, base, looks, [tried[k] for k in leaders]) if promising else [None] * len(leaders)
     for number, (k, start) in enumerate(zip(leaders, starts, strict=True)):
         model = models[k]
+        if start and start.gain < least:  # searched to the end on the coarser mesh: on the finer it would be no other
+            continue
         progress(0.5 + 0.5 * number / LEADERS, ", ".join(model.terms))
         more = further(engine, model.fit, start, MORE)
         more = elsewhere(engine, base, afresh(engine, base, more, tried[k]), tried[k], site)
