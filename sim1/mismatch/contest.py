@@ -16,6 +16,7 @@ from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import Unknowns
 from sim1.mismatch.thresholds import Thresholds
 
+SEARCHES = 3  # for effects, at most, from baselines of which each turned out to have been stuck
 FINALISTS = 3  # models, the baseline among them, that are fitted again once the mesh's error is known at the best
 AGAIN = 2  # iterations of that
 LONGEST = 10  # iterations after which the leader's search ends, converged or not
@@ -82,10 +83,11 @@ def with_one_effect(
 ) -> Contest:
     """The baseline and each promising effect beside it.
 
-    A baseline that turns out to have been stuck is a wrong place to look from: effects are then sought once more from the better one.
+    A baseline that turns out to have been stuck is a wrong place to look from: effects are then sought once more from the better one, and
+    once more than that where it moves again. Else `none` would be said of a baseline beside which nothing was tried.
     """
     stuck_by, afar, kept = PROMISING, (), ()
-    for _ in range(2):
+    for _ in range(SEARCHES):
         afar = afar or from_afar(engine, base, base.temper, names)
         singles = extended(engine, base, base.temper, names, progress)
         kept = _best_of_each((*kept, *singles.models, *afar))  # what was fitted from the other, too

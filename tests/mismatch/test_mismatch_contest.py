@@ -86,6 +86,28 @@ def test_effects_are_sought_again_from_a_baseline_that_was_freed(unknowns, monke
     assert [model.terms for model in found.pool] == [(), ("air_drag",), ("clock_offset",)]  # the first round's too
 
 
+@pytest.mark.parametrize("moves", [0, 1, 2, 3])
+def test_effects_are_sought_from_every_baseline_that_was_freed_up_to_the_third(unknowns, monkeypatch, moves):
+    engine, tempers, starts = Straight(), {"only": 1.0}, []
+    places = [
+        fit(engine, unknowns, np.full(2, far), ("only",), temper=tempers, most=0) for far in (30.0, 20.0, 10.0, 5.0)
+    ]
+
+    def looked_from(engine, base, *rest):
+        starts.append(base.cost)
+        return Tried()
+
+    def freed(engine, pool, *rest):
+        arrived = places[min(len(starts), moves)]
+        return [Model(terms=(), fit=arrived, variants=1)]
+
+    monkeypatch.setattr(contest, "extended", looked_from)
+    monkeypatch.setattr(contest, "from_afar", lambda *asked: ())
+    monkeypatch.setattr(contest, "simplified", freed)
+    contest.with_one_effect(engine, places[0], ("only",), THRESHOLDS, lambda share, what: None)
+    assert starts == [place.cost for place in places[: moves + 1]][: contest.SEARCHES]
+
+
 def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, monkeypatch):
     """Else one of two that explain it alike wins because the other was not taken further."""
     engine, tempers = Straight(), {"only": 1.0}
