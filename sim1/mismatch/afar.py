@@ -1,53 +1,82 @@
-"""Effects that are sought from afar as well: the way to a clock a quarter of a second late is not downhill.
+"""Effects that are sought from afar as well, as the way to them is not downhill.
 
-Slopes at nothing tell a small offset. Where markers come late by a good part of a swing, the cost between rises, and a search from nothing
-gets stuck near it, with a baseline that was bent to imitate the delay. So a few values far off are simulated, from the baseline as it was
+Slopes at nothing tell a small offset of a clock. Where markers come late by a good part of a swing, the cost between rises, and a search from
+nothing gets stuck near it, with a baseline that was bent to imitate the delay. So a few values far off are simulated, from the baseline as it was
 fitted and as it was before any fit, and the best one is the start of a calibration of its own.
+
+What the fabric can imitate nearly whole shows in slopes at nothing as next to nothing: cloth that clings to a table slides as if its friction were
+higher, and the way from that friction to the two together is narrow and bent. So the fabric is relieved of what the effect would do in its place.
+That is looked at on the working mesh, as a coarser one errs by more than there is to see.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
 from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.excess import mean_square
-from sim1.mismatch.fit import Fit, Tempers, cheapest, cost_at, fit
+from sim1.mismatch.fit import Fit, Start, Tempers, cheapest, cost_at, fit
 from sim1.mismatch.models import Model, calibrate, judged
 from sim1.mismatch.screen import possible, site_of
 from sim1.mismatch.search import Term
 
-EXCESS = 2.0  # mean squared residual of a baseline from which it is worth it
+EXCESS = 2.0  # mean squared residual of a baseline from which it is worth it, but for what hides in it
 STEPS = 2  # of the search from where that ends
+CLEAR = 5.0  # nats by which what hides in the fabric must cost less than the baseline before it is fitted
+MORE = 8  # steps of that
 
 
-def from_afar(engine: Engine, base: Fit, temper: Tempers, names: tuple[str, ...]) -> tuple[Model, ...]:
-    """Models with one effect more, found from values far from nothing; none where the baseline leaves little, or nothing is gained."""
-    if engine.patience.over or mean_square(base) < EXCESS:
-        return ()
-    world = base.unknowns.world(base.z)
-    found = (
-        _fitted(engine, base, Term.of(effect), temper, names)
-        for effect in possible(site_of(engine, world), base.unknowns.terms)
-        if effect.afar and not engine.patience.over
-    )
-    return tuple(model for model in found if model is not None)
+def from_afar(
+    engine: Engine, base: Fit, temper: Tempers, names: tuple[str, ...], variants: int = 1
+) -> tuple[Model, ...]:
+    """Models with one effect more, found from values far from nothing; none where nothing is gained.
+
+    Where `base` leaves little, only effects that hide in the fabric are sought. `variants`: starts that the shapes of `base` were chosen from.
+    """
+    world, much, found = base.unknowns.world(base.z), mean_square(base) >= EXCESS, []
+    for effect in possible(site_of(engine, world), base.unknowns.terms):
+        if effect.afar and (much or effect.hidden) and not engine.patience.over:
+            sought = _uncovered if effect.hidden else _fitted
+            try:
+                one = sought(engine, replace(base, temper=temper), Term.of(effect), names)
+            except NotConverged:  # its twins find no way; an excess that led here keeps the verdict from `none`
+                continue
+            if one is not None:
+                found.append(judged(one, temper, variants * len(effect.afar)))
+    return tuple(found)
 
 
-def _fitted(engine: Engine, base: Fit, term: Term, temper: Tempers, names: tuple[str, ...]) -> Model | None:
-    unknowns = base.unknowns.with_terms(*base.unknowns.terms, term)
+def _fitted(engine: Engine, base: Fit, term: Term, names: tuple[str, ...]) -> Fit | None:
     before = np.concatenate([np.zeros(len(base.nominal_z)), base.z[len(base.nominal_z) :]])
-    starts = []
-    for values in term.effect.afar:
-        far = np.array([c.z(values.get(c.name, c.centre)) for c in term.coefficients])
-        starts += [np.concatenate([base.z, far]), np.concatenate([before, far])]
-    try:
-        with engine.aside():  # all models are compared by one idea of what mesh and step get wrong
-            engine.finer = max(engine.finest - 1, 0)  # where a calibration begins, and several times as fast
-            least = cost_at(engine, base.unknowns, base.z, names, temper)
-            start = cheapest(engine, [(unknowns, z) for z in starts], least, names, temper)
-            if start is None:
-                return None
-            alone = calibrate(engine, *start, names, lambda share: None)
-        found = fit(engine, unknowns, alone.z, names, temper=temper, most=STEPS)
-    except NotConverged:  # its twins find no way; the excess that led here keeps the verdict from `none`
-        return None
-    return judged(found, temper, len(term.effect.afar))
+    starts = [_start(base, term, fabric, values) for values in term.effect.afar for fabric in (base.z, before)]
+    with engine.aside():  # all models are compared by one idea of what mesh and step get wrong
+        engine.finer = max(engine.finest - 1, 0)  # where a calibration begins, and several times as fast
+        least = cost_at(engine, base.unknowns, base.z, names, base.temper)
+        start = cheapest(engine, starts, least, names, base.temper)
+        if start is None:
+            return None
+        alone = calibrate(engine, *start, names, lambda share: None)
+    return fit(engine, alone.unknowns, alone.z, names, temper=base.temper, most=STEPS)
+
+
+def _uncovered(engine: Engine, base: Fit, term: Term, names: tuple[str, ...]) -> Fit | None:
+    starts = [_start(base, term, relieved(base, term, values), values) for values in term.effect.afar]
+    start = cheapest(engine, starts, base.cost - CLEAR, names, base.temper)
+    return fit(engine, *start, names, temper=base.temper, most=MORE) if start else None
+
+
+def _start(base: Fit, term: Term, z: np.ndarray, values: dict[str, float]) -> Start:
+    """The term at `values` beside the rest at `z`."""
+    far = [one.z(values.get(one.name, one.centre)) for one in term.coefficients]
+    return base.unknowns.with_terms(*base.unknowns.terms, term), np.concatenate([z, far])
+
+
+def relieved(base: Fit, term: Term, values: dict[str, float]) -> np.ndarray:
+    """Z (P,) of `base`, its fabric without what the term would do in its place at such `values`."""
+    shares = term.effect.relieves(base.unknowns.world(base.z), values)
+    z = base.z.copy()
+    for place, one in enumerate(base.unknowns.nominal):
+        if one.name in shares:
+            z[place] = one.z(shares[one.name] * one.value(float(z[place])))
+    return z

@@ -183,8 +183,8 @@ def with_a_second(
     """
     best = best_of(found.pool, thresholds)
     rivals = sorted(rivals_of(found.pool, best, thresholds), key=lambda model: rating(model, thresholds))
-    firsts, pairs, lost = (best, *rivals)[:FIRSTS], [], []
-    unfollowed: dict[tuple[str, ...], None] = {}
+    firsts, lost, unfollowed = (best, *rivals)[:FIRSTS], [], dict[tuple[str, ...], None]()
+    pairs = [*from_afar(engine, best.fit, found.temper, names, best.variants)]
     for number, first in enumerate(firsts):
         tried = extended(
             engine,

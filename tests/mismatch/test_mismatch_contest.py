@@ -19,6 +19,11 @@ from sim1.mismatch.search import Term, baseline
 from sim1.mismatch.thresholds import THRESHOLDS
 
 
+@pytest.fixture(autouse=True)
+def _nothing_afar(monkeypatch):
+    monkeypatch.setattr(contest, "from_afar", lambda *asked: ())
+
+
 @pytest.fixture
 def unknowns():
     return two_unknowns()
@@ -102,14 +107,12 @@ def test_effects_are_sought_from_every_baseline_that_was_freed_up_to_the_third(u
         return [Model(terms=(), fit=arrived, variants=1)]
 
     monkeypatch.setattr(contest, "extended", looked_from)
-    monkeypatch.setattr(contest, "from_afar", lambda *asked: ())
     monkeypatch.setattr(contest, "simplified", freed)
     contest.with_one_effect(engine, places[0], ("only",), THRESHOLDS, lambda share, what: None)
     assert starts == [place.cost for place in places[: moves + 1]][: contest.SEARCHES]
 
 
 def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, monkeypatch):
-    """Else one of two that explain it alike wins because the other was not taken further."""
     engine, tempers = Straight(), {"only": 1.0}
     stuck = fit(engine, unknowns, np.array([30.0, 30.0]), ("only",), temper=tempers, most=0)
     near = fit(engine, unknowns, TRUE + 0.01, ("only",), temper=tempers, most=0)

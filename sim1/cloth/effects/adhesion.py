@@ -1,5 +1,6 @@
 """The cloth clings to the table."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -52,6 +53,14 @@ class Adhesion(Effect):
         return [{"reach": start} for start in (5e-4, 2e-3)]
 
     on_table: ClassVar[bool] = True
+    hidden: ClassVar[bool] = True
+    afar: ClassVar[tuple[dict[str, float], ...]] = tuple({"pressure": pa, "reach": 1e-3} for pa in (1.0, 2.0, 4.0))
+
+    @classmethod
+    def relieves(cls, world: World, values: dict[str, float]) -> dict[str, float]:
+        """What slides is held back by friction of its weight and of what pulls it down."""
+        load_pa = world.area_density_kg_m2 * math.hypot(*world.gravity_m_s2)
+        return {"friction": load_pa / (load_pa + values["pressure"])}
 
 
 @wp.kernel(enable_backward=False)

@@ -54,6 +54,7 @@ class Effect:
     on_table: ClassVar[bool] = False  # acts through the table alone
     beyond: ClassVar[bool] = False  # acts above a threshold alone, and `variants` are thresholds
     afar: ClassVar[tuple[dict[str, float], ...]] = ()  # coefficients far from nothing, from which it is sought as well
+    hidden: ClassVar[bool] = False  # the fabric's coefficients can do nearly all of its work: `relieves`
     widens: ClassVar[str | None] = None  # name of the effect that this one is where its shapes are 0
     delays: ClassVar[bool] = False  # makes markers come late, as is measured without simulating
     measured: ClassVar[bool] = False  # belongs to the rig or to the cameras, not to the cloth
@@ -91,6 +92,12 @@ class Effect:
         """Places, thresholds or directions from which a search starts: values of the shape coefficients."""
         del site
         return [{}]
+
+    @classmethod
+    def relieves(cls, world: World, values: dict[str, float]) -> dict[str, float]:
+        """What is left of the fabric's coefficients that do this effect's work where it is missing: by name, as shares of what they are in `world`."""
+        del world, values
+        return {}
 
     @classmethod
     def published(cls, world: World, values: dict[str, float]) -> dict[str, float]:

@@ -1,5 +1,6 @@
 """The cloth at rest is curled, not flat."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -24,6 +25,10 @@ class RestCurvature(Effect):
         Coefficient(name="kappa_u", unit="1/m", scale=2.5),
         Coefficient(name="kappa_v", unit="1/m", scale=2.5),
     )
+
+    afar: ClassVar[tuple[dict[str, float], ...]] = tuple(
+        {"kappa_u": 8.0 * math.cos(k * math.pi / 4), "kappa_v": 8.0 * math.sin(k * math.pi / 4)} for k in range(8)
+    )  # a strong curl, every way
 
     kappa_u: float  # 1/m
     kappa_v: float  # 1/m
