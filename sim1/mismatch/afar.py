@@ -50,20 +50,41 @@ def from_afar(
 def _fitted(engine: Engine, base: Fit, term: Term, names: tuple[str, ...]) -> Fit | None:
     before = np.concatenate([np.zeros(len(base.nominal_z)), base.z[len(base.nominal_z) :]])
     starts = [_start(base, term, fabric, values) for values in term.effect.afar for fabric in (base.z, before)]
-    with engine.aside():  # all models are compared by one idea of what mesh and step get wrong
+    with engine.aside():
         engine.finer = max(engine.finest - 1, 0)  # where a calibration begins, and several times as fast
         least = cost_at(engine, base.unknowns, base.z, names, base.temper)
         start = cheapest(engine, starts, least, names, base.temper)
-        if start is None:
-            return None
-        alone = calibrate(engine, *start, names, lambda share: None)
-    return fit(engine, alone.unknowns, alone.z, names, temper=base.temper, most=STEPS)
+    return _anew(engine, start, base.temper, names) if start else None
 
 
 def _uncovered(engine: Engine, base: Fit, term: Term, names: tuple[str, ...]) -> Fit | None:
     starts = [_start(base, term, relieved(base, term, values), values) for values in term.effect.afar]
     start = cheapest(engine, starts, base.cost - CLEAR, names, base.temper)
     return fit(engine, *start, names, temper=base.temper, most=MORE) if start else None
+
+
+def unbent(engine: Engine, best: Model, temper: Tempers, names: tuple[str, ...]) -> tuple[Model, ...]:
+    """The same effects from a fabric as it was before any fit, where the best model leaves much; none if no simulation follows.
+
+    The fabric that it set out from was bent to imitate them, and a search need not find the way back.
+    """
+    if not best.terms or engine.patience.over or mean_square(best.fit) < EXCESS:
+        return ()
+    fitted = best.fit
+    z = np.concatenate([np.zeros(len(fitted.nominal_z)), fitted.z[len(fitted.nominal_z) :]])
+    try:
+        again = _anew(engine, (fitted.unknowns, z), temper, names)
+    except NotConverged:
+        return ()
+    return (judged(again, temper, best.variants),)
+
+
+def _anew(engine: Engine, start: Start, temper: Tempers, names: tuple[str, ...]) -> Fit:
+    """Calibrated from there on the coarser mesh, then fitted on the working one by the idea of what that gets wrong that all models have."""
+    with engine.aside():
+        engine.finer = max(engine.finest - 1, 0)
+        alone = calibrate(engine, *start, names, lambda share: None)
+    return fit(engine, alone.unknowns, alone.z, names, temper=temper, most=STEPS)
 
 
 def _start(base: Fit, term: Term, z: np.ndarray, values: dict[str, float]) -> Start:

@@ -7,13 +7,14 @@ import numpy as np
 
 from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.simulate import NotConverged
-from sim1.mismatch.afar import from_afar
+from sim1.mismatch.afar import from_afar, unbent
 from sim1.mismatch.decide import best_of, gain_of, null_of, rating, rivals_of
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import PROMISING, Fit, Tempers, fit, promised, temper_of
 from sim1.mismatch.models import Model, calibrate, extended, joined, judged, widened, without
 from sim1.mismatch.screen import Candidate
 from sim1.mismatch.search import Unknowns
+from sim1.mismatch.simplified import simplified
 from sim1.mismatch.thresholds import Thresholds
 
 SEARCHES = 3  # for effects, at most, from baselines of which each turned out to have been stuck
@@ -21,8 +22,6 @@ FINALISTS = 3  # models, the baseline among them, that are fitted again once the
 AGAIN = 2  # iterations of that
 LONGEST = 10  # iterations after which the leader's search ends, converged or not
 NEAR, FAR = 270.0, 0.3  # nats, and of what the best gains: models further behind it are not fitted again
-STUCK = 5.0  # nats that a search from elsewhere must promise: two ends of one differ by less
-MATTERS = 0.05  # of what the best is ahead, that it must promise, too: less says nothing else of who is named
 PARTNERS = 3  # second effects that are tried beside each
 HINT = 30.0  # nats that slopes must promise of one: less than a name is worth, as on the coarser mesh they foretell to a quarter
 HOPE = 0.75  # of the least that motion held out could still speak for, that they must promise, too
@@ -39,7 +38,7 @@ class Contest:
     pool: list[Model]
     temper: Tempers
     alone: tuple[Model, ...] = ()  # effects that gain by themselves, as they were first fitted, best first
-    lost: tuple[Candidate, ...] = ()  # effects that promised something and that no simulation followed
+    lost: tuple[Candidate, ...] = ()  # promising effects that no simulation followed
     unfollowed: tuple[tuple[str, ...], ...] = ()  # effects together, worth a fit, that no simulation followed
     screened: tuple[Candidate, ...] = ()  # beside the baseline: every effect that the recordings could show
     unsharpened: str | None = (
@@ -65,8 +64,9 @@ def contest(
         progress(0.7, "fitting the best again")
         found = to_the_end(engine, sharpened(engine, found, names, thresholds), names, thresholds)
     if _promising(engine, found, thresholds):
-        wider = widened(engine, best_of(found.pool, thresholds), found.temper, names)
-        found = replace(found, pool=_best_of_each((*found.pool, *wider)))
+        best, temper = best_of(found.pool, thresholds), found.temper
+        others = (*widened(engine, best, temper, names), *unbent(engine, best, temper, names))
+        found = replace(found, pool=_best_of_each((*found.pool, *others)))
     if _promising(engine, found, thresholds):
         found = with_a_second(engine, found, names, thresholds, lambda s, n: progress(0.85 + 0.15 * s, f"trying {n}"))
         found = to_the_end(engine, found, names, thresholds)
@@ -267,34 +267,3 @@ def with_parts(engine: Engine, pool: list[Model], thresholds: Thresholds, names:
         return pool
     parts = (without(engine, best, term, names) for term in range(len(best.terms)))
     return _best_of_each((*pool, *(part for part in parts if part is not None)))
-
-
-def simplified(engine: Engine, pool: list[Model], thresholds: Thresholds, names: tuple[str, ...]) -> list[Model]:
-    """The pool with models that the best contains fitted from where the best arrived, if that is better.
-
-    A search that stopped on the wrong side of a fold would else make the next coefficient look like physics.
-    """
-    best = best_of(pool, thresholds)
-    kept = []
-    for model in pool:
-        inside = set(model.terms) < set(best.terms)
-        kept.append(_from_there(engine, model, best, names) if inside and not engine.patience.over else model)
-    return kept
-
-
-def _from_there(engine: Engine, model: Model, other: Model, names: tuple[str, ...]) -> Model:
-    """The model from where `other`, which contains it, arrived, if that is better; slopes are measured only if it is."""
-    own, unknowns = len(model.fit.nominal_z), model.fit.unknowns
-    low, high = unknowns.bounds()
-    start = np.clip(np.concatenate([other.fit.nominal_z, model.fit.z[own:]]), low, high)
-    slopes = {name: np.hstack([other.fit.slopes[name][:, :own], model.fit.slopes[name][:, own:]]) for name in names}
-    try:
-        looked = engine.residuals(unknowns, start, names), slopes
-        there = fit(engine, unknowns, start, names, temper=model.fit.temper, most=0, given=looked, settle=False)
-        if there.cost - promised(there) > model.fit.cost - max(STUCK, MATTERS * (model.fit.cost - other.fit.cost)):
-            return model
-        found = fit(engine, unknowns, start, names, temper=model.fit.temper, most=AGAIN, given=looked, exact=False)
-    except NotConverged:
-        return model
-    again = judged(found, model.fit.temper, model.variants)
-    return again if again.score < model.score else model
