@@ -24,6 +24,7 @@ from sim1.mismatch.remarks import (
     not_foretold,
     not_set_apart,
     not_sharpened,
+    off_priors,
     vote,
 )
 from sim1.mismatch.rounds import rounds
@@ -153,6 +154,7 @@ def _diagnose(
         located=located,
         remarks=(
             *([noise.remark] if noise.remark else []),
+            *off_priors(decision.chosen.fit),
             vote(heldout, judged),
             *by_others(judged),
             *explains_heldout(tried, thresholds),

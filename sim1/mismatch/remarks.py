@@ -2,10 +2,15 @@
 
 from collections.abc import Iterator, Sequence
 
+from sim1.mismatch.fit import Fit
 from sim1.mismatch.foretold import Foretold
 from sim1.mismatch.judging import Judgement
 from sim1.mismatch.rounds import Rounds
 from sim1.mismatch.thresholds import Thresholds
+from sim1.recording.unspread import UNITS
+
+STATED = (*UNITS, "poisson", "friction")  # coefficients of which a bundle says how well they are known
+FAR_Z = 3.0  # of their spreads, once in 370 by chance
 
 
 def not_foretold(foretold: dict[str, Foretold]) -> Iterator[str]:
@@ -35,6 +40,16 @@ def not_followed(terms: Sequence[str]) -> str:
 def not_sharpened(why: str) -> str:
     """A contest in which the errors of mesh and step could not be measured where the best model is."""
     return f"what mesh and step get wrong is known beside the baseline alone, as no simulation follows beside the best model: {why}"
+
+
+def off_priors(fit: Fit) -> Iterator[str]:
+    """What was stated of the fabric and the table, and is far from what the recordings ask for."""
+    for one, z in zip(fit.unknowns.nominal, fit.z, strict=False):
+        if one.name in STATED and abs(z) >= FAR_Z:
+            yield (
+                f"{one.name} comes out as {one.value(float(z)):.3g}, where the bundle states {one.centre:.3g}: {abs(z):.1f} of its stated "
+                "spreads away; either that statement is wrong, or this does the work of something that is not in the model"
+            )
 
 
 def vote(heldout: Sequence[str], judged: Judgement) -> str:

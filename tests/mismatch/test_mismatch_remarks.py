@@ -6,11 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from sim1.cloth.effects.coefficient import Coefficient
 from sim1.mismatch.by_others import ByOthers
 from sim1.mismatch.decide import Decision
 from sim1.mismatch.foretold import Foretold
 from sim1.mismatch.judging import Judgement
-from sim1.mismatch.remarks import by_others, not_foretold, vote
+from sim1.mismatch.remarks import by_others, not_foretold, off_priors, vote
 from sim1.mismatch.unfitted import NOTHING
 
 
@@ -81,3 +82,18 @@ def test_a_recording_that_no_simulation_follows_is_told_once_where_nothing_was_c
         "snap cannot be foretold with the calibrated baseline",
         "snap cannot be foretold with the model",
     ]
+
+
+@pytest.mark.parametrize(("friction", "told"), [(0.6, 0), (0.77, 1)])
+def test_a_fabric_that_is_far_from_what_was_stated_of_it_is_told(friction, told):
+    """Cloth that clings to the table slides as if its friction were higher."""
+    stated = Coefficient(name="friction", unit="1", scale=0.12, centre=0.272, low=0.0)
+    free = Coefficient(name="length_u", unit="1", scale=1e-3, kind="log", centre=1.0)
+    fit = SimpleNamespace(
+        unknowns=SimpleNamespace(nominal=(stated, free)), z=np.array([stated.z(friction), free.z(1.01), 5.0])
+    )
+    lines = list(off_priors(fit))
+    assert len(lines) == told
+    assert all(
+        "friction comes out as 0.77, where the bundle states 0.272: 4.2 of its stated spreads" in line for line in lines
+    )
