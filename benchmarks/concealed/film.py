@@ -21,8 +21,6 @@ from benchmarks.concealed.world import Environment, World
 
 AFTER_S = 0.25
 """Simulated beyond the recording, for clocks that are off."""
-STEP_SCALES = (1.0, 0.5, 0.25)
-"""Of the steps, in turn, until a simulation stays finite."""
 
 
 @dataclass(frozen=True)
@@ -105,21 +103,8 @@ def film(stage: Stage, plan: Plan, effects: Sequence[Effect], duration_s: float 
     for effect in effects:
         sheet, environment = effect.sheet(sheet), effect.environment(environment)
     world = World(setting.cloth, plan.motion, holds, sheet, environment, baseline, room)
-    return _track(stage, holds, course(world, effects, duration_s))
-
-
-def course(world: World, effects: Sequence[Effect], duration_s: float) -> Course:
-    """By the steps that the cloth allows when it is nearly flat, by shorter ones where it bends so sharply that they are too long.
-
-    Raises:
-        FloatingPointError: by none of them.
-    """
-    for scale in STEP_SCALES[:-1]:
-        try:
-            return Simulation(world, effects, scale).run(duration_s, missing=bool(effects))
-        except FloatingPointError:
-            continue
-    return Simulation(world, effects, STEP_SCALES[-1]).run(duration_s, missing=bool(effects))
+    course = Simulation(world, effects).run(duration_s, missing=bool(effects))
+    return _track(stage, holds, course)
 
 
 def _track(stage: Stage, holds: Holds, course: Course) -> Track:

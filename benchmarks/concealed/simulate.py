@@ -76,15 +76,6 @@ class Simulation:
         x[:, grid.inside] = placed[grid.inside].T
         return State(x, np.zeros_like(x), len(motion.blocks))
 
-    def _steps(self, sheet: Sheet, damping_s: float) -> tuple[float, int]:
-        """Outer step and how many inner steps it has."""
-        inner = min(stable_step_s(sheet, damping_s), OUTER_STEP_S) * self._step_scale
-        outer = min(OUTER_STEP_S * self._step_scale, _plate_step_s(sheet))
-        number = max(1, round(outer / inner))
-        if number * inner > outer * 1.3:
-            number = max(1, int(outer / inner))
-        return number * inner, number
-
     def _relax(self, state: State, decay_per_s: float = 8.0, longest_s: float = 12.0) -> float:
         """Follow the drives from the flat sheet to their first pose; stop when nothing moves. Returns the fastest speed left.
 
@@ -93,7 +84,7 @@ class Simulation:
         """
         world = self.world
         damping = 5e-5
-        step, number = self._steps(world.sheet, damping)
+        step, number = steps_s(world.sheet, damping, self._step_scale)
         membrane, plate = Membrane(world.sheet, self._held, damping), Plate(world.sheet, damping)
         first = self._true_poses(np.zeros(1))
         flat = flat_poses(world.motion, world.holds)
@@ -122,7 +113,7 @@ class Simulation:
     def _record(self, state: State, duration_s: float, rest_speed: float, missing: bool) -> Course:
         world = self.world
         sheet, grid = world.sheet, world.sheet.grid
-        step, number = self._steps(sheet, sheet.damping_s)
+        step, number = steps_s(sheet, sheet.damping_s, self._step_scale)
         every = max(1, round(KEEP_EVERY_S / step))
         step = KEEP_EVERY_S / every
         kept = round(duration_s / KEEP_EVERY_S)
@@ -222,12 +213,26 @@ class Gap:
         return out
 
 
-def _plate_step_s(sheet: Sheet) -> float:
+def steps_s(sheet: Sheet, damping_s: float, scale: float = 1.0) -> tuple[float, int]:
+    """Outer step [s] and how many inner steps it has; neither is longer than the plate allows, an inner one than the membrane does.
+
+    The outer step may be 1.3 times `OUTER_STEP_S` where that spares an inner one; `scale` below 1 refines both.
+    """
+    plate = plate_step_s(sheet, damping_s)
+    inner = min(stable_step_s(sheet, damping_s), plate, OUTER_STEP_S) * scale
+    outer = min(OUTER_STEP_S * scale, plate)
+    number = max(1, round(outer / inner))
+    if number * inner > min(outer * 1.3, plate):
+        number = max(1, int(outer / inner))
+    return number * inner, number
+
+
+def plate_step_s(sheet: Sheet, damping_s: float) -> float:
     """A safe step of the bending, from its highest frequency."""
     grid = sheet.grid
     area = np.where(grid.area_m2 > 0, grid.area_m2, 1)
     rigidity = max((sheet.bend_u_n_m3 / area).max(), (sheet.bend_v_n_m3 / area).max())
     density = (sheet.mass_kg / area)[grid.inside].min()
     omega = np.sqrt(rigidity / density) * (4 / grid.du_m**2 + 4 / grid.dv_m**2)
-    zeta = sheet.damping_s * omega / 2
+    zeta = damping_s * omega / 2
     return float(0.7 * 2 / omega * (np.sqrt(1 + zeta**2) - zeta))
