@@ -9,7 +9,7 @@ higher, and the way from that friction to the two together is narrow and bent. S
 That is looked at on the working mesh, as a coarser one errs by more than there is to see.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,24 +27,35 @@ CLEAR = 5.0  # nats by which what hides in the fabric must cost less than the ba
 MORE = 8  # steps of that
 
 
-def from_afar(
-    engine: Engine, base: Fit, temper: Tempers, names: tuple[str, ...], variants: int = 1
-) -> tuple[Model, ...]:
-    """Models with one effect more, found from values far from nothing; none where nothing is gained.
+@dataclass(frozen=True, kw_only=True)
+class Found:
+    """What was sought from afar."""
+
+    models: tuple[Model, ...] = ()  # with one effect more
+    unfollowed: tuple[
+        tuple[str, ...], ...
+    ] = ()  # effects together that cost less somewhere and that no search followed from there
+
+
+def from_afar(engine: Engine, base: Fit, temper: Tempers, names: tuple[str, ...], variants: int = 1) -> Found:
+    """One effect more, found from values far from nothing.
 
     Where `base` leaves little, only effects that hide in the fabric are sought. `variants`: starts that the shapes of `base` were chosen from.
     """
-    world, much, found = base.unknowns.world(base.z), mean_square(base) >= EXCESS, []
+    world, much = base.unknowns.world(base.z), mean_square(base) >= EXCESS
+    base, models, unfollowed = replace(base, temper=temper), [], []
     for effect in possible(site_of(engine, world), base.unknowns.terms):
-        if effect.afar and (much or effect.hidden) and not engine.patience.over:
-            sought = _uncovered if effect.hidden else _fitted
-            try:
-                one = sought(engine, replace(base, temper=temper), Term.of(effect), names)
-            except NotConverged:  # its twins find no way; an excess that led here keeps the verdict from `none`
-                continue
-            if one is not None:
-                found.append(judged(one, temper, variants * len(effect.afar)))
-    return tuple(found)
+        hides = bool(effect.afar) and bool(effect.relieves(world, effect.afar[0]))
+        if not (effect.afar and (much or hides)) or engine.patience.over:
+            continue
+        try:
+            one = (_uncovered if hides else _fitted)(engine, base, Term.of(effect), names)
+        except NotConverged:
+            unfollowed.append(tuple(sorted((*(term.effect.name for term in base.unknowns.terms), effect.name))))
+            continue
+        if one is not None:
+            models.append(judged(one, temper, variants * len(effect.afar)))
+    return Found(models=tuple(models), unfollowed=tuple(unfollowed))
 
 
 def _fitted(engine: Engine, base: Fit, term: Term, names: tuple[str, ...]) -> Fit | None:

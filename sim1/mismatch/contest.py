@@ -1,13 +1,13 @@
 """Models of a bundle against each other: the baseline, one effect more, the leaders fitted again, and a second effect."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sim1.cloth.effects import EFFECTS
 from sim1.cloth.precise.simulate import NotConverged
-from sim1.mismatch.afar import from_afar, unbent
+from sim1.mismatch.afar import Found, from_afar, unbent
 from sim1.mismatch.decide import best_of, gain_of, null_of, rating, rivals_of
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import PROMISING, Fit, Tempers, fit, promised, temper_of
@@ -38,7 +38,7 @@ class Contest:
     pool: list[Model]
     temper: Tempers
     alone: tuple[Model, ...] = ()  # effects that gain by themselves, as they were first fitted, best first
-    lost: tuple[Candidate, ...] = ()  # promising effects that no simulation followed
+    lost: tuple[Candidate, ...] = ()  # effects that promised something and that no simulation followed
     unfollowed: tuple[tuple[str, ...], ...] = ()  # effects together, worth a fit, that no simulation followed
     screened: tuple[Candidate, ...] = ()  # beside the baseline: every effect that the recordings could show
     unsharpened: str | None = (
@@ -86,11 +86,13 @@ def with_one_effect(
     A baseline that turns out to have been stuck is a wrong place to look from: effects are then sought once more from the better one, and
     once more than that where it moves again. Else `none` would be said of a baseline beside which nothing was tried.
     """
-    stuck_by, afar, kept = PROMISING, (), ()
+    stuck_by, afar, kept = PROMISING, Found(), ()
     for _ in range(SEARCHES):
-        afar = afar or from_afar(engine, base, base.temper, names)
+        if not afar.models:
+            progress(0.0, "effects from afar")
+            afar = from_afar(engine, base, base.temper, names)
         singles = extended(engine, base, base.temper, names, progress)
-        kept = _best_of_each((*kept, *singles.models, *afar))  # what was fitted from the other, too
+        kept = _best_of_each((*kept, *singles.models, *afar.models))  # what was fitted from the other, too
         pool = simplified(engine, [judged(base, base.temper), *kept], thresholds, names)
         better = null_of(pool).fit
         if engine.patience.over or base.cost - better.cost < stuck_by:
@@ -102,8 +104,15 @@ def with_one_effect(
         temper=base.temper,
         alone=tuple(sorted(alone, key=lambda one: rating(one, thresholds))),
         lost=singles.lost,
+        unfollowed=_unfitted(afar.unfollowed, pool),
         screened=singles.screened,
     )
+
+
+def _unfitted(asked: Iterable[tuple[str, ...]], pool: list[Model]) -> tuple[tuple[str, ...], ...]:
+    """Each of these sets of effects once, but for those that some search fitted."""
+    fitted = {model.terms for model in pool}
+    return tuple(terms for terms in dict.fromkeys(asked) if terms not in fitted)
 
 
 def _best_of_each(models: tuple[Model, ...]) -> list[Model]:
@@ -183,8 +192,10 @@ def with_a_second(
     """
     best = best_of(found.pool, thresholds)
     rivals = sorted(rivals_of(found.pool, best, thresholds), key=lambda model: rating(model, thresholds))
-    firsts, lost, unfollowed = (best, *rivals)[:FIRSTS], [], dict[tuple[str, ...], None]()
-    pairs = [*from_afar(engine, best.fit, found.temper, names, best.variants)]
+    firsts = (best, *rivals)[:FIRSTS]
+    progress(0.0, f"effects from afar beside {best.terms[0]}")
+    afar = from_afar(engine, best.fit, found.temper, names, best.variants)
+    pairs, lost, unfollowed = [*afar.models], [], [*found.unfollowed, *afar.unfollowed]
     for number, first in enumerate(firsts):
         tried = extended(
             engine,
@@ -200,7 +211,7 @@ def with_a_second(
         )
         pairs += tried.models
         lost += tried.lost
-        unfollowed |= {_both(first, candidate.term.effect.name): None for candidate in tried.lost}
+        unfollowed += [_both(first, candidate.term.effect.name) for candidate in tried.lost]
         there = {model.terms for model in pairs}
         others = with_others(
             engine,
@@ -211,10 +222,10 @@ def with_a_second(
             lambda name, n=number, one=first: progress((n + 1) / len(firsts), f"{name} beside {one.terms[0]}"),
         )
         pairs += [pair for pair in others.values() if pair]
-        unfollowed |= {terms: None for terms, pair in others.items() if not pair}
+        unfollowed += [terms for terms, pair in others.items() if not pair]
     pool = with_parts(engine, _best_of_each((*found.pool, *pairs)), thresholds, names)
     pool = simplified(engine, pool, thresholds, names)
-    found = replace(found, pool=pool, lost=(*found.lost, *lost), unfollowed=tuple(unfollowed))
+    found = replace(found, pool=pool, lost=(*found.lost, *lost), unfollowed=_unfitted(unfollowed, pool))
     return _tempered(engine, found, names, thresholds)
 
 

@@ -33,8 +33,8 @@ def not_set_apart(name: str) -> str:
 
 
 def not_followed(terms: Sequence[str]) -> str:
-    """Effects together that were worth a fit and could not be fitted."""
-    return f"{' with '.join(terms)} is judged by nothing: no simulation with both found its way to the end"
+    """Effects, together where several, that were worth a fit and could not be fitted."""
+    return f"{' with '.join(terms)} is judged by nothing: no simulation with {'both' if len(terms) > 1 else 'it'} found its way to the end"
 
 
 def not_sharpened(why: str) -> str:
@@ -44,7 +44,7 @@ def not_sharpened(why: str) -> str:
 
 def off_priors(fit: Fit) -> Iterator[str]:
     """What was stated of the fabric and the table, and is far from what the recordings ask for."""
-    for one, z in zip(fit.unknowns.nominal, fit.z, strict=False):
+    for one, z in zip(fit.unknowns.nominal, fit.nominal_z, strict=True):
         if one.name in STATED and abs(z) >= FAR_Z:
             yield (
                 f"{one.name} comes out as {one.value(float(z)):.3g}, where the bundle states {one.centre:.3g}: {abs(z):.1f} of its stated "

@@ -10,8 +10,10 @@ from straight_engine import Straight, two_unknowns
 from sim1.cloth.effects.adhesion import Adhesion
 from sim1.cloth.effects.clock_offset import ClockOffset
 from sim1.cloth.effects.coefficient import Coefficient
+from sim1.cloth.precise.simulate import NotConverged
 from sim1.mismatch import afar
 from sim1.mismatch.fit import fit
+from sim1.mismatch.models import judged
 from sim1.mismatch.search import Term, Unknowns
 
 FRICTION = Coefficient(name="friction", unit="1", scale=0.2, centre=0.3, low=0.0)
@@ -65,6 +67,10 @@ def _what_is_possible(monkeypatch):
     )
 
 
+def not_converged(*asked, **how):
+    raise NotConverged("recording only: twins find no next state at 1 s")
+
+
 def baseline_of(engine, unknowns):
     return fit(engine, unknowns, np.zeros(1), ("only",), temper=TEMPER)
 
@@ -78,7 +84,7 @@ def test_cloth_that_clings_is_told_from_friction_though_slopes_at_nothing_tell_n
     stuck = fit(engine, both, near, ("only",), temper=TEMPER)
     assert both.values(0, stuck.z)["pressure"] < 0.5
 
-    (found,) = afar.from_afar(engine, base, TEMPER, ("only",), variants=3)
+    (found,) = afar.from_afar(engine, base, TEMPER, ("only",), variants=3).models
     assert found.terms == ("adhesion",)
     assert found.fit.unknowns.values(0, found.fit.z)["pressure"] == pytest.approx(TRUE["pressure"], rel=0.05)
     assert found.fit.unknowns.world(found.fit.z).friction == pytest.approx(TRUE["friction"], rel=0.1)
@@ -99,7 +105,7 @@ def test_where_nothing_is_gained_from_afar_nothing_is_searched(unknowns, monkeyp
     engine = Clinging(lifted=0.0)
     base = baseline_of(engine, unknowns)
     monkeypatch.setattr(afar, "fit", lambda *asked: pytest.fail("searched from a start that gains nothing"))
-    assert afar.from_afar(engine, base, TEMPER, ("only",)) == ()
+    assert afar.from_afar(engine, base, TEMPER, ("only",)) == afar.Found()
 
 
 @pytest.mark.parametrize(("left", "asked"), [(1.0, {"adhesion": 1}), (2.5, {"adhesion": 1, "clock_offset": 2})])
@@ -114,5 +120,55 @@ def test_what_hides_in_no_fabric_is_sought_where_a_baseline_leaves_much(unknowns
     base = baseline_of(engine, unknowns)
     monkeypatch.setattr(afar, "cheapest", none_of)
     monkeypatch.setattr(afar, "mean_square", lambda base: left)
-    assert afar.from_afar(engine, base, TEMPER, ("only",)) == ()
+    assert afar.from_afar(engine, base, TEMPER, ("only",)) == afar.Found()
     assert sought == asked
+
+
+def test_a_search_that_no_simulation_follows_is_told(unknowns, monkeypatch):
+    engine = Clinging()
+    base = baseline_of(engine, unknowns)
+    monkeypatch.setattr(afar, "fit", not_converged)
+    assert afar.from_afar(engine, base, TEMPER, ("only",)) == afar.Found(unfollowed=(("adhesion",),))
+
+
+class Folded(Clinging):
+    """A high friction costs the same whatever the pressure is: slopes there lead nowhere."""
+
+    def residuals(self, unknowns, z, names):
+        found = super().residuals(unknowns, z, names)
+        high = unknowns.nominal[0].value(z[0]) > 0.5
+        return {name: np.full_like(one, 1.8) if high else one for name, one in found.items()}
+
+
+def held_up(unknowns):
+    engine, both = Folded(), unknowns.with_terms(Term.of(Adhesion))
+    z = np.array([FRICTION.z(0.7), 2.0, 0.0])
+    return engine, judged(fit(engine, both, z, ("only",), temper=TEMPER), TEMPER, variants=2)
+
+
+def test_a_model_that_leaves_much_is_fitted_once_more_from_a_fabric_that_was_not_bent(unknowns):
+    engine, stuck = held_up(unknowns)
+    (found,) = afar.unbent(engine, stuck, TEMPER, ("only",))
+    assert found.terms == stuck.terms
+    assert found.variants == stuck.variants
+    assert found.fit.cost < stuck.fit.cost - 100.0
+    assert found.fit.unknowns.world(found.fit.z).friction == pytest.approx(TRUE["friction"], rel=0.1)
+
+
+@pytest.mark.parametrize("why", ["leaves little", "is the baseline", "time is over"])
+def test_it_is_left_as_it_is_where_there_is_no_need_or_no_time(unknowns, monkeypatch, why):
+    engine, stuck = held_up(unknowns)
+    if why == "leaves little":
+        stuck = replace(stuck, fit=replace(stuck.fit, residuals={"only": np.full(300, 0.9)}))
+    elif why == "is the baseline":
+        stuck = replace(stuck, terms=())
+    else:
+        engine.patience.interrupt()
+    monkeypatch.setattr(afar, "calibrate", lambda *asked: pytest.fail(why))
+    assert afar.unbent(engine, stuck, TEMPER, ("only",)) == ()
+
+
+def test_a_model_stays_where_no_simulation_follows_from_an_unbent_fabric(unknowns, monkeypatch):
+    engine, stuck = held_up(unknowns)
+    monkeypatch.setattr(afar, "calibrate", not_converged)
+    assert afar.unbent(engine, stuck, TEMPER, ("only",)) == ()

@@ -10,6 +10,7 @@ from straight_engine import TRUE, Straight, two_unknowns
 
 from sim1.cloth.effects import EFFECTS
 from sim1.mismatch import contest
+from sim1.mismatch.afar import Found
 from sim1.mismatch.decide import gain_of
 from sim1.mismatch.engine import Engine
 from sim1.mismatch.fit import fit
@@ -21,7 +22,7 @@ from sim1.mismatch.thresholds import THRESHOLDS
 
 @pytest.fixture(autouse=True)
 def _nothing_afar(monkeypatch):
-    monkeypatch.setattr(contest, "from_afar", lambda *asked: ())
+    monkeypatch.setattr(contest, "from_afar", lambda *asked: Found())
 
 
 @pytest.fixture
@@ -58,7 +59,7 @@ def test_effects_are_sought_again_from_a_baseline_that_was_freed(unknowns, monke
         return Tried(models=(Model(terms=("air_drag",), fit=arrived, variants=1),))
 
     def seen_from_afar(engine, base, *rest):
-        return (Model(terms=("clock_offset",), fit=arrived, variants=1),) if base is stuck else ()
+        return Found(models=(Model(terms=("clock_offset",), fit=arrived, variants=1),) if base is stuck else ())
 
     monkeypatch.setattr(contest, "extended", looked_from)
     monkeypatch.setattr(contest, "from_afar", seen_from_afar)
@@ -90,6 +91,7 @@ def test_effects_are_sought_from_every_baseline_that_was_freed_up_to_the_third(u
 
 
 def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, monkeypatch):
+    """Else one of two that explain it alike wins because the other was not taken further."""
     engine, tempers = Straight(), {"only": 1.0}
     stuck = fit(engine, unknowns, np.array([30.0, 30.0]), ("only",), temper=tempers, most=0)
     near = fit(engine, unknowns, TRUE + 0.01, ("only",), temper=tempers, most=0)
@@ -125,6 +127,19 @@ def test_a_second_effect_is_sought_beside_the_rivals_of_the_best_too(unknowns, m
     found = contest.with_a_second(engine, known, ("only",), THRESHOLDS, lambda share, what: None)
     assert found.unfollowed == (both,)
     assert both not in {model.terms for model in found.pool}
+
+
+def test_what_was_sought_from_afar_and_followed_by_no_simulation_is_told_unless_it_was_fitted_otherwise(
+    unknowns, monkeypatch
+):
+    engine, tempers = Straight(), {"only": 1.0}
+    stuck = fit(engine, unknowns, np.zeros(2), ("only",), temper=tempers)
+    singles = (Model(terms=("adhesion",), fit=stuck, variants=1),)
+    told = Found(unfollowed=(("adhesion",), ("clock_offset",), ("clock_offset",)))
+    monkeypatch.setattr(contest, "from_afar", lambda *asked: told)
+    monkeypatch.setattr(contest, "extended", lambda *asked: Tried(models=singles))
+    found = contest.with_one_effect(engine, stuck, ("only",), THRESHOLDS, lambda share, what: None)
+    assert found.unfollowed == (("clock_offset",),)
 
 
 @pytest.mark.parametrize("gain", [0.0, 500.0, 3000.0, 40000.0])

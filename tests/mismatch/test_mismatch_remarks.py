@@ -90,7 +90,7 @@ def test_a_fabric_that_is_far_from_what_was_stated_of_it_is_told(friction, told)
     stated = Coefficient(name="friction", unit="1", scale=0.12, centre=0.272, low=0.0)
     free = Coefficient(name="length_u", unit="1", scale=1e-3, kind="log", centre=1.0)
     fit = SimpleNamespace(
-        unknowns=SimpleNamespace(nominal=(stated, free)), z=np.array([stated.z(friction), free.z(1.01), 5.0])
+        unknowns=SimpleNamespace(nominal=(stated, free)), nominal_z=np.array([stated.z(friction), free.z(1.01)])
     )
     lines = list(off_priors(fit))
     assert len(lines) == told

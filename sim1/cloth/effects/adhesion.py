@@ -53,7 +53,6 @@ class Adhesion(Effect):
         return [{"reach": start} for start in (5e-4, 2e-3)]
 
     on_table: ClassVar[bool] = True
-    hidden: ClassVar[bool] = True
     afar: ClassVar[tuple[dict[str, float], ...]] = tuple({"pressure": pa, "reach": 1e-3} for pa in (1.0, 2.0, 4.0))
 
     @classmethod

@@ -54,7 +54,6 @@ class Effect:
     on_table: ClassVar[bool] = False  # acts through the table alone
     beyond: ClassVar[bool] = False  # acts above a threshold alone, and `variants` are thresholds
     afar: ClassVar[tuple[dict[str, float], ...]] = ()  # coefficients far from nothing, from which it is sought as well
-    hidden: ClassVar[bool] = False  # the fabric's coefficients can do nearly all of its work: `relieves`
     widens: ClassVar[str | None] = None  # name of the effect that this one is where its shapes are 0
     delays: ClassVar[bool] = False  # makes markers come late, as is measured without simulating
     measured: ClassVar[bool] = False  # belongs to the rig or to the cameras, not to the cloth
@@ -95,7 +94,10 @@ class Effect:
 
     @classmethod
     def relieves(cls, world: World, values: dict[str, float]) -> dict[str, float]:
-        """What is left of the fabric's coefficients that do this effect's work where it is missing: by name, as shares of what they are in `world`."""
+        """What is left of coefficients of the fabric that do nearly all of this effect's work where it is missing.
+
+        By name, as shares (1) of what they are in `world`; empty for an effect that hides in none. `values`: by name of its coefficients.
+        """
         del world, values
         return {}
 
