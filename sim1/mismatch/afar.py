@@ -42,6 +42,8 @@ def from_afar(engine: Engine, base: Fit, temper: Tempers, names: tuple[str, ...]
 
     Where `base` leaves little, only effects that hide in the fabric are sought. `variants`: starts that the shapes of `base` were chosen from.
     """
+    if engine.patience.over:  # meshes may not be what they were when the sheet's rest was found
+        return Found()
     world, much = base.unknowns.world(base.z), mean_square(base) >= EXCESS
     base, models, unfollowed = replace(base, temper=temper), [], []
     for effect in possible(site_of(engine, world), base.unknowns.terms):

@@ -131,6 +131,14 @@ def test_a_search_that_no_simulation_follows_is_told(unknowns, monkeypatch):
     assert afar.from_afar(engine, base, TEMPER, ("only",)) == afar.Found(unfollowed=(("adhesion",),))
 
 
+def test_a_search_that_was_stopped_looks_at_nothing_more(unknowns, monkeypatch):
+    engine = Clinging()
+    base = baseline_of(engine, unknowns)
+    engine.patience.interrupt()
+    monkeypatch.setattr(afar, "site_of", lambda engine, world: pytest.fail("meshes may be half refined"))
+    assert afar.from_afar(engine, base, TEMPER, ("only",)) == afar.Found()
+
+
 class Folded(Clinging):
     """A high friction costs the same whatever the pressure is: slopes there lead nowhere."""
 
